@@ -1,0 +1,97 @@
+# weft: make, make demo, make test. `make help` lists the rest.
+
+B       = build
+MODE    = release
+CC      = gcc
+PROVE   = prove
+DESTDIR =
+
+VERSION = 0.1.0
+
+# What the bytes of a picture rest on. No contraction into fused operations, so that every CPU rounds
+# alike; no SLP vectoriser, because gcc 12 loses conversions to float with it; the two -fno- flags on the
+# right change no value, they only free the compiler from errno and trap flags that nobody reads.
+NUMERIC = -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno -fno-trapping-math
+WARN    = -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wpointer-arith -Werror
+CPPFLAGS = -D_GNU_SOURCE -Icommon -I. -I$(B) -DWEFT_VERSION='"$(VERSION)"'
+CFLAGS_release  = -O3 -g
+CFLAGS_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+CFLAGS  = -std=c11 $(CFLAGS_$(MODE)) $(WARN) $(NUMERIC) -pthread
+LDFLAGS = $(if $(filter sanitize,$(MODE)),-fsanitize=address$(comma)undefined) -pthread
+LDLIBS  = -lzmq -lcjson -lpng -lsodium -lm
+comma   = ,
+Q       = $(if $(V),,@) # make V=1 shows the commands
+
+COMMON  = $(wildcard common/*/*.c)
+FARM    = $(filter-out %/main.c,$(wildcard coordinator/*.c worker/*.c))
+OBJECTS = $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM) $(wildcard coordinator/main.c worker/main.c))
+PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker/main.c),$(B)/weft-worker)
+
+C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c))
+SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t)
+
+.PHONY: all demo test test-one-mode check clean help
+.SECONDARY:
+.DELETE_ON_ERROR:
+all: $(PROGRAMS)
+
+help:
+	@echo 'make            builds $(B)/weft and $(B)/weft-worker (installing what is missing, by apt)'
+	@echo 'make demo       renders scenes/showcase.json with two workers into showcase.png'
+	@echo 'make test       all tests, in release mode and with address and undefined-behaviour sanitizers'
+	@echo 'make clean      removes what was built'
+	@echo 'CC=clang builds with clang; MODE=sanitize B=build/sanitize builds with sanitizers'
+
+demo: all
+	$(B)/weft render scenes/showcase.json --workers 2 -o showcase.png
+
+# --- dependencies -------------------------------------------------------------------------------------
+# The stamp is made anew for each build folder; the script does nothing where everything is there.
+$(B)/dependencies: deploy/install-dependencies
+	@mkdir -p $(@D)
+	deploy/install-dependencies
+	@touch $@
+
+# --- the tracing core's revision ------------------------------------------------------------------------
+# A digest of the sources that decide a pixel; workers and coordinator compare it at joining.
+CORE_SOURCES = $(sort $(wildcard common/base/*.[ch] common/math/*.[ch] common/image/*.[ch] common/scene/*.[ch] common/trace/*.[ch]))
+$(B)/core_revision.h: $(CORE_SOURCES) Makefile
+	@mkdir -p $(@D)
+	@printf '#define CORE_REVISION "%s"\n' "$$(cat $(CORE_SOURCES) | sha256sum | cut -c1-64)" >$@
+
+# --- compiling -------------------------------------------------------------------------------------------
+$(B)/obj/%.o: %.c $(B)/core_revision.h Makefile | $(B)/dependencies
+	@mkdir -p $(@D)
+	$(if $(V),,@echo '  CC   $<')
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
+
+$(B)/libweft.a: $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM))
+	@rm -f $@
+	$(Q)$(AR) rcs $@ $^
+
+$(B)/weft: $(B)/obj/coordinator/main.o $(B)/libweft.a
+	$(if $(V),,@echo '  LINK $@')
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS)
+
+$(B)/weft-worker: $(B)/obj/worker/main.o $(B)/libweft.a
+	$(if $(V),,@echo '  LINK $@')
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS)
+
+$(B)/tests/%.t: $(B)/obj/tests/%.o $(B)/libweft.a
+	@mkdir -p $(@D)
+	$(if $(V),,@echo '  LINK $@')
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS) -lcmocka -lmpfr -lgmp -lquadmath
+
+-include $(OBJECTS:.o=.d) $(patsubst $(B)/tests/%.t,$(B)/obj/tests/%.d,$(C_TESTS))
+
+# --- tests -------------------------------------------------------------------------------------------------
+# Both modes, one prove run each. WEFT_BUILD tells the shell tests which programs to run.
+test:
+	$(MAKE) MODE=release B=$(B) test-one-mode
+	$(MAKE) MODE=sanitize B=$(B)/sanitize test-one-mode
+
+test-one-mode: all $(C_TESTS)
+	CMOCKA_MESSAGE_OUTPUT=TAP WEFT_BUILD=$(B) WEFT_MODE=$(MODE) $(PROVE) --timer -e '' $(TESTS) $(if $(TESTS),,$(C_TESTS) $(SHELL_TESTS))
+
+clean:
+	rm -rf $(B)

@@ -1,0 +1,77 @@
+#include "base/log.h"
+
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <unistd.h>
+
+static struct {
+    const char *program;
+    enum log_level level;
+    void (*hide)(void *);
+    void (*show)(void *);
+    void *context;
+} log_state = {.program = "weft", .level = LOG_WARNING};
+
+void log_start(const char *program, enum log_level level)
+{
+    log_state.program = program;
+    log_state.level = level;
+}
+
+void log_set_display(void (*hide)(void *), void (*show)(void *), void *context)
+{
+    log_state.hide = hide;
+    log_state.show = show;
+    log_state.context = context;
+}
+
+static void write_line(enum log_level level, const char *kind, const char *format, va_list arguments)
+{
+    if (level > log_state.level)
+        return;
+    char line[2048];
+    size_t length = (size_t)snprintf(line, sizeof line - 1, "%s: %s", log_state.program, kind);
+    int more = vsnprintf(line + length, sizeof line - 1 - length, format, arguments);
+    if (more > 0)
+        length += (size_t)more < sizeof line - 1 - length ? (size_t)more : sizeof line - 2 - length;
+    line[length++] = '\n';
+    if (log_state.hide)
+        log_state.hide(log_state.context);
+    ssize_t ignored = write(STDERR_FILENO, line, length);
+    (void)ignored;
+    if (log_state.show)
+        log_state.show(log_state.context);
+}
+
+void log_error(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write_line(LOG_ERROR, "", format, arguments);
+    va_end(arguments);
+}
+
+void log_warning(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write_line(LOG_WARNING, "warning: ", format, arguments);
+    va_end(arguments);
+}
+
+void log_info(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write_line(LOG_INFO, "", format, arguments);
+    va_end(arguments);
+}
+
+void log_debug(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write_line(LOG_DEBUG, "debug: ", format, arguments);
+    va_end(arguments);
+}

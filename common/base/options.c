@@ -1,0 +1,112 @@
+#include "base/options.h"
+
+#include <assert.h>
+#include <ctype.h>
+#include <errno.h>
+#include <getopt.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* getopt_long's two tables, made from ours. */
+struct getopt_tables {
+    struct option longs[OPTIONS_MAX + 1];
+    char shorts[2 + 2 * OPTIONS_MAX];
+};
+
+static void fill_tables(struct getopt_tables *tables, const struct option_spec *specs)
+{
+    memset(tables, 0, sizeof *tables);
+    size_t at = 0;
+    tables->shorts[at++] = ':'; /* so that a missing argument is told from an unknown option */
+    for (size_t i = 0; specs[i].name; i++) {
+        assert(i < OPTIONS_MAX);
+        tables->longs[i] = (struct option){specs[i].name, specs[i].argument ? required_argument : no_argument,
+                                           NULL, specs[i].key};
+        if (specs[i].key > 255)
+            continue;
+        tables->shorts[at++] = (char)specs[i].key;
+        if (specs[i].argument)
+            tables->shorts[at++] = ':';
+    }
+}
+
+enum status options_parse(int argc, char **argv, const struct option_spec *specs,
+                          enum status (*handle)(void *context, int key, const char *argument,
+                                                struct error *error),
+                          void *context, int *first, struct error *error)
+{
+    struct getopt_tables tables;
+    fill_tables(&tables, specs);
+    opterr = 0;
+    optind = 0; /* glibc: start anew, also after an earlier command line */
+    for (;;) {
+        int key = getopt_long(argc, argv, tables.shorts, tables.longs, NULL);
+        if (key == -1)
+            break;
+        if (key == ':')
+            return error_set(error, STATUS_USAGE, "%s: expected an argument", argv[optind - 1]);
+        if (key == '?' && optopt > 0 && optopt <= 255 && strchr(tables.shorts, optopt) == NULL)
+            return error_set(error, STATUS_USAGE, "unknown option -%c", optopt);
+        if (key == '?')
+            return error_set(error, STATUS_USAGE, "%s: unknown, ambiguous or wrongly used option",
+                             argv[optind - 1]);
+        enum status status = handle(context, key, optarg, error);
+        if (status != STATUS_OK)
+            return status;
+    }
+    *first = optind;
+    return STATUS_OK;
+}
+
+void options_help(FILE *to, const struct option_spec *specs)
+{
+    for (size_t i = 0; specs[i].name; i++) {
+        char left[64];
+        int at = specs[i].key <= 255 ? snprintf(left, sizeof left, "  -%c, --%s", specs[i].key, specs[i].name)
+                                     : snprintf(left, sizeof left, "      --%s", specs[i].name);
+        if (specs[i].argument)
+            snprintf(left + at, sizeof left - (size_t)at, " %s", specs[i].argument);
+        fprintf(to, "%-31s %s\n", left, specs[i].help);
+    }
+}
+
+enum status options_integer(const char *name, const char *text, int64_t min, int64_t max, int64_t *value,
+                            struct error *error)
+{
+    char *end;
+    errno = 0;
+    long long parsed = strtoll(text, &end, 10);
+    if (end == text || *end || isspace((unsigned char)*text) || errno || parsed < min || parsed > max)
+        return error_set(error, STATUS_USAGE, "%s: expected a whole number from %lld to %lld, found \"%s\"",
+                         name, (long long)min, (long long)max, text);
+    *value = parsed;
+    return STATUS_OK;
+}
+
+enum status options_number(const char *name, const char *text, double min, double max, double *value,
+                           struct error *error)
+{
+    char *end;
+    double parsed = strtod(text, &end);
+    if (end == text || *end || isspace((unsigned char)*text) || !(parsed >= min && parsed <= max))
+        return error_set(error, STATUS_USAGE, "%s: expected a number from %g to %g, found \"%s\"", name, min,
+                         max, text);
+    *value = parsed;
+    return STATUS_OK;
+}
+
+enum status options_size(const char *name, const char *text, int64_t min, int64_t max, int64_t *width,
+                         int64_t *height, struct error *error)
+{
+    char left[32] = "";
+    const char *cross = strchr(text, 'x');
+    if (cross && (size_t)(cross - text) < sizeof left) {
+        memcpy(left, text, (size_t)(cross - text));
+        if (options_integer(name, left, min, max, width, error) == STATUS_OK &&
+            options_integer(name, cross + 1, min, max, height, error) == STATUS_OK)
+            return STATUS_OK;
+    }
+    return error_set(error, STATUS_USAGE, "%s: expected WIDTHxHEIGHT, each from %lld to %lld, found \"%s\"",
+                     name, (long long)min, (long long)max, text);
+}
