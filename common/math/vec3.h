@@ -1,0 +1,106 @@
+/*
+ * Vectors of three doubles, by value. Every function is a fixed sequence of +, −, × and ÷, so all
+ * machines compute the same bits. Colours use the same type (linear-light red, green, blue).
+ */
+#ifndef WEFT_MATH_VEC3_H
+#define WEFT_MATH_VEC3_H
+
+#include <math.h>
+#include <stdbool.h>
+
+struct vec3 {
+    double x, y, z;
+};
+
+static inline struct vec3 vec3_make(double x, double y, double z)
+{
+    return (struct vec3){x, y, z};
+}
+
+static inline struct vec3 vec3_add(struct vec3 a, struct vec3 b)
+{
+    return vec3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+static inline struct vec3 vec3_sub(struct vec3 a, struct vec3 b)
+{
+    return vec3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline struct vec3 vec3_scale(struct vec3 a, double s)
+{
+    return vec3_make(a.x * s, a.y * s, a.z * s);
+}
+
+/* Component by component. */
+static inline struct vec3 vec3_mul(struct vec3 a, struct vec3 b)
+{
+    return vec3_make(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+
+static inline struct vec3 vec3_neg(struct vec3 a)
+{
+    return vec3_make(-a.x, -a.y, -a.z);
+}
+
+/* a + s b */
+static inline struct vec3 vec3_add_scaled(struct vec3 a, struct vec3 b, double s)
+{
+    return vec3_make(a.x + s * b.x, a.y + s * b.y, a.z + s * b.z);
+}
+
+/* (1 − s) a + s b */
+static inline struct vec3 vec3_mix(struct vec3 a, struct vec3 b, double s)
+{
+    return vec3_add(vec3_scale(a, 1 - s), vec3_scale(b, s));
+}
+
+static inline double vec3_dot(struct vec3 a, struct vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline struct vec3 vec3_cross(struct vec3 a, struct vec3 b)
+{
+    return vec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline double vec3_length(struct vec3 a)
+{
+    return sqrt(vec3_dot(a, a));
+}
+
+/* The largest magnitude among the components. */
+static inline double vec3_max_abs(struct vec3 a)
+{
+    double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
+    double m = x > y ? x : y;
+    return m > z ? m : z;
+}
+
+/* The largest component. */
+static inline double vec3_max(struct vec3 a)
+{
+    double m = a.x > a.y ? a.x : a.y;
+    return m > a.z ? m : a.z;
+}
+
+/* a / |a|, for an a of any magnitude: it is scaled by a power of two first, so that the sum of squares
+ * neither overflows nor underflows. a must be finite and not zero. */
+struct vec3 vec3_normalize(struct vec3 a);
+
+/* Two unit vectors that complete the unit vector n to a right-handed orthonormal frame (t, b, n), after
+ * Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017. */
+void vec3_frame(struct vec3 n, struct vec3 *t, struct vec3 *b);
+
+static inline bool vec3_is_finite(struct vec3 a)
+{
+    return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
+}
+
+static inline bool vec3_is_zero(struct vec3 a)
+{
+    return a.x == 0 && a.y == 0 && a.z == 0;
+}
+
+#endif
