@@ -1,0 +1,148 @@
+/*
+ * The messages between coordinator and worker, and their bytes.
+ *
+ * Encoding is little-endian: magic "WEFT", protocol version (u16), kind (u8), epoch (u64), then the kind's
+ * fields in the order below. Decoding is pure and bounded: every length, count and enum is checked, and
+ * bytes left over are an error. Messages are at most MESSAGE_BYTES_MAX long; larger bodies (assets, pixels)
+ * travel as chunks.
+ *
+ * A conversation: the worker says HELLO until it hears WELCOME (or REFUSE), which names the epoch that both
+ * put into every later message; messages of another epoch are ignored. The coordinator announces a JOB; the
+ * worker asks for the bytes it lacks by NEED and gets ASSET chunks, first the manifest (manifest.h), then
+ * what the manifest lists; then it is READY (or says FAILED). It gets BANDs up to the credit it named, and
+ * returns each as RESULT chunks, which it keeps until the ACK. REVOKE takes a band back. END closes a job.
+ * DRAIN says that the worker wants no more bands: it will end when those it holds are done. Both sides send a BEAT every
+ * second; GOODBYE ends the conversation.
+ */
+#ifndef WEFT_WIRE_MESSAGE_H
+#define WEFT_WIRE_MESSAGE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/bytes.h"
+#include "base/error.h"
+#include "base/hash.h"
+
+enum {
+    PROTOCOL_VERSION = 1,
+    MESSAGE_CHUNK_MAX = 256 * 1024,           /* bytes of an asset or result in one message */
+    MESSAGE_BYTES_MAX = 2 * 1024 * 1024,
+    MESSAGE_HOST_BYTES = 256,                 /* with the NUL */
+    MESSAGE_KERNEL_BYTES = 16,
+    MESSAGE_REASON_BYTES = 1024,
+    MESSAGE_THREADS_MAX = 65535,
+    MESSAGE_SIDE_MAX = 65535,                 /* pixels; width, height and rows of a band */
+    MESSAGE_SAMPLES_MAX = 65536,              /* a pixel */
+    MESSAGE_PIXEL_FORMATS = 3,                /* as enum pixel_format */
+};
+
+enum message_kind {
+    /* worker to coordinator */
+    MESSAGE_HELLO = 1,
+    MESSAGE_NEED,
+    MESSAGE_READY,
+    MESSAGE_FAILED,
+    MESSAGE_RESULT,
+    MESSAGE_DRAIN,
+    /* coordinator to worker */
+    MESSAGE_WELCOME,
+    MESSAGE_REFUSE,
+    MESSAGE_JOB,
+    MESSAGE_ASSET,
+    MESSAGE_BAND,
+    MESSAGE_ACK,
+    MESSAGE_REVOKE,
+    MESSAGE_END,
+    /* both */
+    MESSAGE_BEAT,
+    MESSAGE_GOODBYE,
+    MESSAGE_KINDS,
+};
+
+/* What a worker needs to know about a job besides the scene. */
+struct job_settings {
+    uint32_t width, height; /* pixels, 1..MESSAGE_SIDE_MAX */
+    uint32_t samples;       /* a pixel, 1..MESSAGE_SAMPLES_MAX */
+    uint8_t pixel_format;   /* enum pixel_format */
+};
+
+struct message {
+    enum message_kind kind;
+    uint64_t epoch; /* 0 in HELLO and REFUSE */
+    union {
+        struct {
+            struct digest core_revision; /* of the tracing core's sources */
+            struct digest proof;         /* of a picture that the worker rendered to prove its arithmetic */
+            char host[MESSAGE_HOST_BYTES];
+            char kernel[MESSAGE_KERNEL_BYTES];
+            uint32_t pid;
+            uint32_t threads; /* 1..MESSAGE_THREADS_MAX */
+            uint32_t credit;  /* bands it will hold at once, 1..4 * MESSAGE_THREADS_MAX */
+        } hello;
+        struct {
+            char reason[MESSAGE_REASON_BYTES];
+        } refuse;
+        struct {
+            uint32_t job;
+            struct digest manifest; /* of the manifest's bytes */
+            uint64_t manifest_bytes; /* 1..MANIFEST_BYTES_MAX (manifest.h) */
+            struct job_settings settings;
+        } job;
+        struct {
+            struct digest digest;
+            uint64_t offset; /* of the wanted chunk; the answer is as long as fits */
+        } need;
+        struct {
+            struct digest digest; /* of the whole asset */
+            uint64_t offset, total;
+            const uint8_t *data; /* borrowed; size <= MESSAGE_CHUNK_MAX, offset + size <= total */
+            uint32_t size;
+        } asset;
+        struct {
+            uint32_t job;
+        } ready;
+        struct {
+            uint32_t job;
+            char reason[MESSAGE_REASON_BYTES];
+        } failed;
+        struct {
+            uint32_t job;
+            uint64_t lease;
+            uint32_t pass;
+            uint32_t first_row, rows; /* rows >= 1, first_row + rows <= MESSAGE_SIDE_MAX */
+        } band;
+        struct {
+            uint32_t job;
+            uint64_t lease;
+            uint64_t offset, total; /* bytes within the band's row records (rows.h) */
+            const uint8_t *data;    /* borrowed; size <= MESSAGE_CHUNK_MAX, offset + size <= total */
+            uint32_t size;
+        } result;
+        struct {
+            uint64_t lease;
+        } ack;
+        struct {
+            uint64_t lease;
+        } revoke;
+        struct {
+            uint32_t job;
+        } end;
+        struct {
+            uint64_t progress; /* tiles finished since the worker started; 0 from a coordinator */
+            uint64_t rays;     /* traced since the worker started; 0 from a coordinator */
+        } beat;
+    };
+};
+
+/* Appends the message's bytes to *out. The message must keep the limits above. */
+void message_encode(const struct message *message, struct bytes *out);
+
+/* Decodes data[size]; data pointers in *message borrow from it. On failure STATUS_INPUT, and *message is
+ * unspecified. A message of another protocol version fails with a sentence that names both versions. */
+enum status message_decode(struct message *message, const void *data, size_t size, struct error *error);
+
+/* "HELLO" and so on, for logs. */
+const char *message_kind_name(enum message_kind kind);
+
+#endif
