@@ -1,0 +1,14 @@
+#ifndef WEFT_SCENE_LOAD_H
+#define WEFT_SCENE_LOAD_H
+
+#include "base/error.h"
+#include "scene/assets.h"
+#include "scene/model.h"
+
+/* Reads and validates the scene file called `name` and everything that it reaches, through `assets`, which
+ * afterwards holds exactly what was reached. The format follows the name's ending (.json). On failure
+ * *scene stays empty; STATUS_INPUT and a sentence with file, JSON path (or line and column), what was
+ * expected and what was found. */
+enum status scene_load(struct scene *scene, const char *name, struct asset_set *assets, struct error *error);
+
+#endif
