@@ -26,6 +26,14 @@ void log_set_display(void (*hide)(void *), void (*show)(void *), void *context)
     log_state.context = context;
 }
 
+/* Some texts come from other machines: nothing in them may steer the terminal. */
+static void disarm(char *text)
+{
+    for (; *text; text++)
+        if ((unsigned char)*text < ' ' || *text == 0x7f)
+            *text = '?';
+}
+
 static void write_line(enum log_level level, const char *kind, const char *format, va_list arguments)
 {
     if (level > log_state.level)
@@ -35,6 +43,7 @@ static void write_line(enum log_level level, const char *kind, const char *forma
     int more = vsnprintf(line + length, sizeof line - 1 - length, format, arguments);
     if (more > 0)
         length += (size_t)more < sizeof line - 1 - length ? (size_t)more : sizeof line - 2 - length;
+    disarm(line);
     line[length++] = '\n';
     if (log_state.hide)
         log_state.hide(log_state.context);

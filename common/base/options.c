@@ -4,7 +4,9 @@
 #include <ctype.h>
 #include <errno.h>
 #include <getopt.h>
+#include <limits.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,6 +33,20 @@ static void fill_tables(struct getopt_tables *tables, const struct option_spec *
     }
 }
 
+/* Why getopt_long gave up. A letter may be a part of a longer word, or of a character of several bytes. */
+static enum status complain(int key, const char *word, const char *shorts, struct error *error)
+{
+    unsigned char letter = optopt <= UCHAR_MAX ? (unsigned char)optopt : 0; /* glibc: negative from 0x80 on */
+    bool unknown = letter && (letter == ':' || !strchr(shorts, letter));
+    if (key == ':')
+        return error_set(error, STATUS_USAGE, "%s: expected an argument", word);
+    if (unknown && isprint(letter))
+        return error_set(error, STATUS_USAGE, "unknown option -%c", letter);
+    if (unknown)
+        return error_set(error, STATUS_USAGE, "unknown option -\\x%02x", letter);
+    return error_set(error, STATUS_USAGE, "%s: unknown, ambiguous or wrongly used option", word);
+}
+
 enum status options_parse(int argc, char **argv, const struct option_spec *specs,
                           enum status (*handle)(void *context, int key, const char *argument,
                                                 struct error *error),
@@ -44,13 +60,8 @@ enum status options_parse(int argc, char **argv, const struct option_spec *specs
         int key = getopt_long(argc, argv, tables.shorts, tables.longs, NULL);
         if (key == -1)
             break;
-        if (key == ':')
-            return error_set(error, STATUS_USAGE, "%s: expected an argument", argv[optind - 1]);
-        if (key == '?' && optopt > 0 && optopt <= 255 && strchr(tables.shorts, optopt) == NULL)
-            return error_set(error, STATUS_USAGE, "unknown option -%c", optopt);
-        if (key == '?')
-            return error_set(error, STATUS_USAGE, "%s: unknown, ambiguous or wrongly used option",
-                             argv[optind - 1]);
+        if (key == ':' || key == '?')
+            return complain(key, argv[optind - 1], tables.shorts, error);
         enum status status = handle(context, key, optarg, error);
         if (status != STATUS_OK)
             return status;
@@ -89,7 +100,8 @@ enum status options_number(const char *name, const char *text, double min, doubl
 {
     char *end;
     double parsed = strtod(text, &end);
-    if (end == text || *end || isspace((unsigned char)*text) || !(parsed >= min && parsed <= max))
+    bool decimal = text[strspn(text, "0123456789.eE+-")] == '\0';
+    if (end == text || *end || !decimal || !isfinite(parsed) || parsed < min || parsed > max)
         return error_set(error, STATUS_USAGE, "%s: expected a number from %g to %g, found \"%s\"", name, min,
                          max, text);
     *value = parsed;

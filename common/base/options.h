@@ -35,7 +35,7 @@ void options_help(FILE *to, const struct option_spec *specs);
 enum status options_integer(const char *name, const char *text, int64_t min, int64_t max, int64_t *value,
                             struct error *error);
 
-/* A finite decimal number in min..max. */
+/* A finite decimal number in min..max; not in hexadecimal, and no "inf" or "nan". */
 enum status options_number(const char *name, const char *text, double min, double max, double *value,
                            struct error *error);
 

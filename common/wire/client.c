@@ -46,7 +46,7 @@ enum status wire_client_reconnect(struct wire_client *client, struct error *erro
     void *socket = connect_socket(client->endpoint, error);
     if (!socket)
         return STATUS_FAILED;
-    wire_socket_close(&client->socket, true);
+    wire_socket_close(&client->socket, false);
     client->socket = socket;
     return STATUS_OK;
 }

@@ -80,7 +80,7 @@ struct wire_client *wire_client_create(const char *endpoint, struct error *error
 /* Accepts NULL in *client. What is still to be sent keeps being sent until wire_stop. */
 void wire_client_destroy(struct wire_client **client);
 
-/* Drops the connection with all that waits in it and connects anew. */
+/* Connects anew; what waits to be read is dropped, what waits to be sent is still tried for two seconds. */
 enum status wire_client_reconnect(struct wire_client *client, struct error *error);
 
 /* As for the server. False while there is no connection or the queue is full. */
