@@ -1,0 +1,138 @@
+#include "trace/image_filter.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "trace/plan_parts.h"
+
+/* --- halving ---------------------------------------------------------------------------------------------------- */
+
+/* Each texel is the mean of the 2×2 it covers; an odd last row or column counts twice. */
+static void halve(const float *from, uint32_t width, uint32_t height, float *to)
+{
+    uint32_t half_width = (width + 1) / 2, half_height = (height + 1) / 2;
+    for (uint32_t y = 0; y < half_height; y++) {
+        const float *upper = from + (size_t)3 * width * (2 * y);
+        const float *lower = 2 * y + 1 < height ? upper + (size_t)3 * width : upper;
+        for (uint32_t x = 0; x < half_width; x++) {
+            size_t left = (size_t)3 * (2 * x), right = 2 * x + 1 < width ? left + 3 : left;
+            for (size_t c = 0; c < 3; c++) {
+                double sum = ((double)upper[left + c] + upper[right + c]) + ((double)lower[left + c] + lower[right + c]);
+                to[((size_t)y * half_width + x) * 3 + c] = (float)(sum / 4);
+            }
+        }
+    }
+}
+
+void plan_image_build(struct plan_image *to, const struct image *image)
+{
+    *to = (struct plan_image){.levels = 1};
+    to->level[0].width = image->width;
+    to->level[0].height = image->height;
+    to->level[0].rgb = image->rgb;
+    while (to->levels < MIP_LEVELS_MAX) {
+        uint32_t width = to->level[to->levels - 1].width, height = to->level[to->levels - 1].height;
+        if (width == 1 && height == 1)
+            break;
+        uint32_t half_width = (width + 1) / 2, half_height = (height + 1) / 2;
+        float *rgb = memory_array((size_t)half_width * half_height, 3 * sizeof *rgb);
+        halve(to->level[to->levels - 1].rgb, width, height, rgb);
+        to->level[to->levels].width = half_width;
+        to->level[to->levels].height = half_height;
+        to->level[to->levels].rgb = rgb;
+        to->levels++;
+    }
+}
+
+void plan_image_finish(struct plan_image *image)
+{
+    for (uint32_t i = 1; i < image->levels; i++)
+        free((void *)image->level[i].rgb);
+    *image = (struct plan_image){0};
+}
+
+/* --- looking up --------------------------------------------------------------------------------------------------- */
+
+/* A texel index within 0..size−1 for any finite position. */
+static uint32_t texel_index(double position, uint32_t size, bool repeat)
+{
+    if (repeat) {
+        double wrapped = position - floor(position / size) * size;
+        return wrapped > 0 && wrapped < size ? (uint32_t)wrapped : 0;
+    }
+    return position <= 0 ? 0 : position >= size - 1 ? size - 1 : (uint32_t)position;
+}
+
+static struct vec3 texel(const float *rgb, uint32_t width, uint32_t x, uint32_t y)
+{
+    const float *at = rgb + 3 * ((size_t)y * width + x);
+    return vec3_make(at[0], at[1], at[2]);
+}
+
+static struct vec3 bilinear(const struct plan_image *image, uint32_t level, double u, double v,
+                            const struct image_point *edges)
+{
+    uint32_t width = image->level[level].width, height = image->level[level].height;
+    double x = u * width - 0.5, y = v * height - 0.5;
+    double x_floor = floor(x), y_floor = floor(y);
+    uint32_t x0 = texel_index(x_floor, width, edges->repeat_u), x1 = texel_index(x_floor + 1, width, edges->repeat_u);
+    uint32_t y0 = texel_index(y_floor, height, edges->repeat_v), y1 = texel_index(y_floor + 1, height, edges->repeat_v);
+    const float *rgb = image->level[level].rgb;
+    struct vec3 upper = vec3_mix(texel(rgb, width, x0, y0), texel(rgb, width, x1, y0), x - x_floor);
+    struct vec3 lower = vec3_mix(texel(rgb, width, x0, y1), texel(rgb, width, x1, y1), x - x_floor);
+    return vec3_mix(upper, lower, y - y_floor);
+}
+
+/* log2 of x >= 1, linear between powers of two: continuous, rising, and the same bits everywhere. */
+static double log2_of(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    double exponent = (double)(bits >> 52) - 1023;
+    bits = (bits & 0xfffffffffffff) | (uint64_t)1023 << 52;
+    double mantissa;
+    memcpy(&mantissa, &bits, sizeof mantissa);
+    return exponent + (mantissa - 1);
+}
+
+static struct vec3 trilinear(const struct plan_image *image, double level, double u, double v,
+                             const struct image_point *edges)
+{
+    double last = image->levels - 1;
+    if (level >= last)
+        return bilinear(image, image->levels - 1, u, v, edges);
+    uint32_t finer = (uint32_t)level;
+    struct vec3 color = bilinear(image, finer, u, v, edges);
+    if (level == finer)
+        return color;
+    return vec3_mix(color, bilinear(image, finer + 1, u, v, edges), level - finer);
+}
+
+/* Several looks along the footprint's longer edge, each as wide as the shorter one. */
+struct vec3 image_filter(const struct plan_image *image, const struct image_point *at)
+{
+    enum { TAPS_MAX = 8 };
+    double width = image->level[0].width, height = image->level[0].height;
+    double edge_x = sqrt(at->u_x * width * (at->u_x * width) + at->v_x * height * (at->v_x * height));
+    double edge_y = sqrt(at->u_y * width * (at->u_y * width) + at->v_y * height * (at->v_y * height));
+    bool x_is_long = edge_x > edge_y;
+    double longer = x_is_long ? edge_x : edge_y, shorter = x_is_long ? edge_y : edge_x;
+    if (!(longer > 1)) /* less than a texel (or not a number, at a pole) */
+        return bilinear(image, 0, at->u, at->v, at);
+    if (longer > 4 * (width + height)) /* far beyond the whole image, and perhaps infinite */
+        return bilinear(image, image->levels - 1, at->u, at->v, at);
+    double least = shorter > 1 ? shorter : 1;
+    int taps = longer >= TAPS_MAX * least ? TAPS_MAX : (int)(longer / least) + (longer > least);
+    taps = taps > TAPS_MAX ? TAPS_MAX : taps;
+    double step_u = x_is_long ? at->u_x : at->u_y, step_v = x_is_long ? at->v_x : at->v_y;
+    double tap_width = longer / taps;
+    double level = log2_of(tap_width > least ? tap_width : least);
+    struct vec3 sum = {0, 0, 0};
+    for (int i = 0; i < taps; i++) {
+        double along = (i + 0.5) / taps - 0.5;
+        sum = vec3_add(sum, trilinear(image, level, at->u + along * step_u, at->v + along * step_v, at));
+    }
+    return vec3_scale(sum, 1.0 / taps);
+}

@@ -1,0 +1,52 @@
+/*
+ * Kernels: the code that finds what rays hit. Every kernel gives the same bits; they differ in speed and in
+ * the machine they need.
+ */
+#ifndef WEFT_TRACE_KERNEL_H
+#define WEFT_TRACE_KERNEL_H
+
+#include "trace/plan.h"
+#include "trace/ray.h"
+
+/* Where a shadow ray passes a surface that lets light through. */
+struct crossing {
+    double t;
+    uint32_t ray; /* index in the batch */
+    uint32_t id;
+    uint8_t side, part;
+};
+
+/* All zero is empty; crossing_list_finish frees it. */
+struct crossing_list {
+    struct crossing *items;
+    size_t count, capacity;
+};
+
+void crossing_list_finish(struct crossing_list *list);
+void crossing_list_push(struct crossing_list *list, const struct crossing *crossing);
+
+struct kernel {
+    const char *name;
+
+    /* The hit of each ray into hits[0..rays->count). */
+    void (*closest)(const struct plan *plan, const struct ray_batch *rays, struct hit_batch *hits);
+
+    /* Sets blocked[i] to whether ray i meets anything that blocks light, and appends, in any order, all
+     * crossings of the rays that are not blocked (and perhaps some of blocked ones). */
+    void (*shadow)(const struct plan *plan, const struct ray_batch *rays, uint8_t *blocked,
+                   struct crossing_list *crossings);
+};
+
+/* The kernel of that name ("ref"), or NULL if there is none or this machine cannot run it. */
+const struct kernel *kernel_find(const char *name);
+
+/* The fastest that this machine can run. */
+const struct kernel *kernel_default(void);
+
+/* Kernel i of those that this machine can run, or NULL beyond the last: for tests and lists. */
+const struct kernel *kernel_at(size_t index);
+
+/* Scalar, brute force: the oracle. */
+extern const struct kernel kernel_ref;
+
+#endif

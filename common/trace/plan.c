@@ -1,0 +1,232 @@
+#include "trace/plan.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "math/elementary.h"
+#include "trace/plan_parts.h"
+
+static void build_camera(struct plan *plan, const struct camera *camera)
+{
+    struct vec3 forward = vec3_normalize(vec3_sub(camera->at, camera->from));
+    struct vec3 right = vec3_normalize(vec3_cross(forward, vec3_normalize(camera->up)));
+    struct vec3 up = vec3_cross(right, forward);
+    double half = camera->fov_degrees / 2;
+    double height = 2 * math_sin_degrees(half) / math_cos_degrees(half);
+    double step = height / plan->settings.height; /* per pixel, on the plane at distance 1 */
+    plan->eye = camera->from;
+    plan->camera.right = vec3_scale(right, step);
+    plan->camera.down = vec3_scale(up, -step);
+    struct vec3 corner = vec3_add_scaled(forward, plan->camera.right, -0.5 * plan->settings.width);
+    plan->camera.corner = vec3_add_scaled(corner, plan->camera.down, -0.5 * plan->settings.height);
+}
+
+static void build_lights(struct plan *plan, const struct scene *scene)
+{
+    plan->lights = memory_array(scene->light_count, sizeof *plan->lights);
+    for (size_t i = 0; i < scene->light_count; i++) {
+        const struct light *from = &scene->lights[i];
+        if (vec3_is_zero(from->color))
+            continue; /* it reaches nothing */
+        plan->lights[plan->light_count++] = (struct plan_light){
+            .kind = (uint8_t)from->kind,
+            .color = from->color,
+            .position = vec3_sub(from->position, plan->eye),
+            .direction = from->direction,
+            .falloff = {from->falloff[0], from->falloff[1], from->falloff[2]},
+            .outer_cosine = math_cos_degrees(from->outer_degrees),
+            .inner_cosine = math_cos_degrees(from->inner_degrees),
+        };
+    }
+}
+
+static struct plan_material compile_material(const struct material *from)
+{
+    struct plan_material to = {
+        .ambient = from->ambient,
+        .diffuse = from->diffuse,
+        .shininess = from->shininess,
+        .transparency = from->transparency,
+        .ior = from->ior,
+        .specular = from->specular,
+        .reflection = from->reflection,
+        .filter = from->filter,
+        .absorption = from->absorption,
+        .highlights = !vec3_is_zero(from->specular),
+        .dielectric = from->ior > 0,
+        .absorbs = !vec3_is_zero(from->absorption),
+    };
+    to.mirrors = !vec3_is_zero(from->reflection);
+    to.transmits = to.dielectric || (from->transparency > 0 && !vec3_is_zero(from->filter));
+    if (!to.dielectric)
+        to.surface_share = vec3_sub(vec3_make(1 - from->transparency, 1 - from->transparency, 1 - from->transparency),
+                                    from->reflection);
+    return to;
+}
+
+static void build_materials(struct plan *plan, const struct scene *scene)
+{
+    plan->material_count = scene->material_count;
+    plan->materials = memory_array(scene->material_count, sizeof *plan->materials);
+    for (size_t i = 0; i < scene->material_count; i++)
+        plan->materials[i] = compile_material(&scene->materials[i]);
+}
+
+/* Objects share the texture of a material as long as it does not depend on where they are. */
+static void build_textures(struct plan *plan, const struct scene *scene)
+{
+    plan->textures = memory_array(scene->material_count + scene->object_count, sizeof *plan->textures);
+    plan->texture_count = scene->material_count;
+    for (size_t i = 0; i < scene->material_count; i++) {
+        plan->textures[i].kind = TEXTURE_CONSTANT;
+        plan->textures[i].color[0] = scene->materials[i].color.color[0];
+    }
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const struct object *object = &scene->objects[i];
+        const struct texture *texture = &scene->materials[object->material].color;
+        plan->objects[i].texture = (uint32_t)object->material;
+        if (texture->kind == TEXTURE_CONSTANT)
+            continue;
+        plan->objects[i].texture = (uint32_t)plan->texture_count;
+        plan->textures[plan->texture_count++] = plan_texture_compile(texture, object, plan->eye);
+    }
+    plan->needs_footprints = plan->texture_count > scene->material_count ||
+                             scene->background.kind == BACKGROUND_IMAGE;
+}
+
+static void build_images(struct plan *plan, const struct scene *scene)
+{
+    plan->image_count = scene->image_count;
+    plan->images = memory_array(scene->image_count, sizeof *plan->images);
+    for (size_t i = 0; i < scene->image_count; i++)
+        plan_image_build(&plan->images[i], &scene->images[i].image);
+}
+
+struct camera_medium {
+    double leave;
+    uint32_t object;
+};
+
+/* Farther walls first; equal ones in the order of the scene. */
+static int compare_camera_media(const void *left, const void *right)
+{
+    const struct camera_medium *a = left, *b = right;
+    if (a->leave != b->leave)
+        return a->leave > b->leave ? -1 : 1;
+    return a->object < b->object ? -1 : a->object > b->object;
+}
+
+/* Whether a ray from the camera along `direction` starts inside the object, and how far its wall is: it leaves the
+ * object once more than it enters. */
+static bool camera_is_inside(const struct plan *plan, uint32_t object, struct vec3 direction, double *wall)
+{
+    struct shear shear = shear_of(direction);
+    size_t end = object + 1 < plan->object_count ? plan->objects[object + 1].first_primitive : plan->primitive_count;
+    int leaves = 0;
+    *wall = INFINITY;
+    for (size_t id = plan->objects[object].first_primitive; id < end; id++) {
+        struct span span = plan_span(plan, (uint32_t)id, vec3_make(0, 0, 0), direction, &shear);
+        if ((span.roots & SPAN_ENTER) && span.enter > 0)
+            leaves--;
+        if ((span.roots & SPAN_LEAVE) && span.leave > 0) {
+            leaves++;
+            *wall = span.leave < *wall ? span.leave : *wall;
+        }
+    }
+    return leaves > 0;
+}
+
+static void find_camera_media(struct plan *plan)
+{
+    struct vec3 forward = vec3_normalize(vec3_add(vec3_add(plan->camera.corner,
+                                                           vec3_scale(plan->camera.right, 0.5 * plan->settings.width)),
+                                                  vec3_scale(plan->camera.down, 0.5 * plan->settings.height)));
+    struct camera_medium *found = memory_array(plan->object_count, sizeof *found);
+    size_t count = 0;
+    for (uint32_t i = 0; i < plan->object_count; i++) {
+        double wall;
+        if (plan->materials[plan->objects[i].material].dielectric && camera_is_inside(plan, i, forward, &wall))
+            found[count++] = (struct camera_medium){wall, i};
+    }
+    qsort(found, count, sizeof *found, compare_camera_media);
+    plan->camera_media = memory_array(count, sizeof *plan->camera_media);
+    plan->camera_media_count = count;
+    for (size_t i = 0; i < count; i++)
+        plan->camera_media[i] = found[i].object;
+    free(found);
+}
+
+struct plan *plan_create(const struct scene *scene, const struct trace_settings *settings)
+{
+    struct plan *plan = memory_array(1, sizeof *plan);
+    plan->settings = *settings;
+    plan->depth = scene->depth;
+    plan->background = scene->background;
+    plan->ambient = scene->ambient;
+    build_camera(plan, &scene->camera);
+    build_lights(plan, scene);
+    build_materials(plan, scene);
+    plan_primitives_build(plan, scene);
+    build_textures(plan, scene);
+    build_images(plan, scene);
+    find_camera_media(plan);
+    return plan;
+}
+
+void plan_destroy(struct plan **plan_pointer)
+{
+    struct plan *plan = *plan_pointer;
+    if (!plan)
+        return;
+    for (size_t i = 0; i < plan->mesh_count; i++)
+        free(plan->meshes[i].normals);
+    for (size_t i = 0; i < plan->image_count; i++)
+        plan_image_finish(&plan->images[i]);
+    void *const arrays[] = {plan->primitives, plan->spheres,   plan->ellipsoids, plan->planes,   plan->discs,
+                            plan->frustums,   plan->boxes,     plan->triangles,  plan->objects,  plan->meshes,
+                            plan->materials,  plan->textures,  plan->images,     plan->lights,   plan->camera_media};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+        free(arrays[i]);
+    free(plan);
+    *plan_pointer = NULL;
+}
+
+static struct span primitive_span(const struct plan *plan, const struct primitive *primitive, struct vec3 origin,
+                                  struct vec3 direction, const struct shear *shear)
+{
+    switch ((enum primitive_kind)primitive->kind) {
+    case PRIMITIVE_SPHERE:
+        return sphere_span(&plan->spheres[primitive->index], origin, direction);
+    case PRIMITIVE_ELLIPSOID:
+        return ellipsoid_span(&plan->ellipsoids[primitive->index], origin, direction);
+    case PRIMITIVE_PLANE:
+        return plane_span(&plan->planes[primitive->index], origin, direction);
+    case PRIMITIVE_DISC:
+        return disc_span(&plan->discs[primitive->index], origin, direction);
+    case PRIMITIVE_FRUSTUM:
+        return frustum_span(&plan->frustums[primitive->index], origin, direction);
+    case PRIMITIVE_BOX:
+        return box_span(&plan->boxes[primitive->index], origin, direction);
+    case PRIMITIVE_TRIANGLE:
+        return triangle_span(&plan->triangles[primitive->index], origin, shear);
+    case PRIMITIVE_KINDS:
+        break;
+    }
+    return (struct span){0};
+}
+
+struct span plan_span(const struct plan *plan, uint32_t id, struct vec3 origin, struct vec3 direction,
+                      const struct shear *shear)
+{
+    const struct primitive *primitive = &plan->primitives[id];
+    struct span span = primitive_span(plan, primitive, origin, direction, shear);
+    span.leave += plan_leave_delay(plan, id, origin, span.leave);
+    return span;
+}
+
+double plan_leave_delay(const struct plan *plan, uint32_t id, struct vec3 origin, double t)
+{
+    return plan->primitives[id].blocks_light ? 0 : COINCIDENCE * (fabs(t) + vec3_max_abs(origin));
+}

@@ -1,0 +1,158 @@
+/*
+ * The plan: a scene compiled for one render. It holds only what this scene needs, relative to the camera,
+ * and is frozen once built: all threads read it without locks.
+ */
+#ifndef WEFT_TRACE_PLAN_H
+#define WEFT_TRACE_PLAN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "scene/model.h"
+#include "trace/intersect.h"
+
+/* What the caller chooses; the rest is in the scene. */
+struct trace_settings {
+    uint32_t width, height; /* pixels, 1..IMAGE_SIDE_MAX */
+    uint32_t samples;       /* camera rays a pixel, 1..SCENE_SAMPLES_MAX */
+};
+
+enum primitive_kind {
+    PRIMITIVE_SPHERE,
+    PRIMITIVE_ELLIPSOID,
+    PRIMITIVE_PLANE,
+    PRIMITIVE_DISC,
+    PRIMITIVE_FRUSTUM,
+    PRIMITIVE_BOX,
+    PRIMITIVE_TRIANGLE,
+    PRIMITIVE_KINDS,
+};
+
+/* Primitives are numbered in the order of the scene's objects; a mesh's triangles follow one another. The
+ * number is the id by which ties between hits are settled. */
+struct primitive {
+    uint8_t kind;        /* enum primitive_kind */
+    bool blocks_light;   /* its material lets nothing through */
+    int8_t flat_axis;    /* the coordinate of the object that is constant on it, 0..2, or −1 */
+    uint32_t index;      /* into the plan's array of that kind */
+    uint32_t object;     /* into plan.objects */
+};
+
+struct plan_object {
+    uint32_t material;
+    uint32_t texture;         /* of the material's colour */
+    uint32_t mesh;            /* index into plan.meshes, or UINT32_MAX */
+    uint32_t first_primitive;
+    double extent;            /* a bound on its coordinates relative to its own centre; 0 for a plane */
+};
+
+/* A mesh's per-vertex data, in world orientation. Arrays are NULL where the mesh has none. */
+struct plan_mesh {
+    struct vec3 *normals;
+    const double *uv; /* borrowed from the scene */
+    uint32_t first_triangle;
+    const uint32_t *index; /* borrowed from the scene: corners a, b, c of each triangle */
+    bool mirrored;         /* the transform turned the winding over: the plan's triangles are a, c, b */
+};
+
+struct plan_material {
+    double ambient, diffuse, shininess, transparency, ior;
+    struct vec3 specular, reflection, filter, absorption;
+    struct vec3 surface_share; /* 1 − reflection − transparency; 0 for a dielectric */
+    bool highlights, mirrors, transmits, dielectric, absorbs;
+};
+
+/* A coordinate of a texture as a linear function of position: gradient · p + offset. */
+struct texture_row {
+    struct vec3 gradient;
+    double offset;
+};
+
+struct plan_texture {
+    uint8_t kind; /* enum texture_kind */
+    uint8_t map;  /* enum texture_map */
+    struct vec3 color[2];
+    struct texture_row row[3];  /* see texture.c for what each kind keeps here */
+    uint32_t image[BOX_FACES];  /* into plan.images */
+    double repeat_u, repeat_v;
+};
+
+/* An image and its halvings, each of half the size (rounded up) of the one before. */
+enum { MIP_LEVELS_MAX = 17 };
+struct plan_image {
+    uint32_t levels;
+    struct {
+        uint32_t width, height;
+        const float *rgb; /* level 0 is borrowed from the scene */
+    } level[MIP_LEVELS_MAX];
+};
+
+struct plan_light {
+    uint8_t kind; /* enum light_kind */
+    struct vec3 color, position, direction;
+    double falloff[3];
+    double outer_cosine, inner_cosine;
+};
+
+/* The direction through image position (x, y), in pixels from the top left corner, is
+ * corner + x right + y down, normalised. */
+struct plan_camera {
+    struct vec3 corner, right, down;
+};
+
+struct plan {
+    struct trace_settings settings;
+    uint32_t depth;
+    struct plan_camera camera;
+    struct background background;
+    struct vec3 ambient;
+    struct vec3 eye; /* world position of the origin of all coordinates here */
+
+    struct primitive *primitives;
+    size_t primitive_count;
+    struct sphere *spheres;
+    struct ellipsoid *ellipsoids;
+    struct plane *planes;
+    struct disc *discs;
+    struct frustum *frustums;
+    struct box *boxes;
+    struct triangle *triangles;
+    size_t count[PRIMITIVE_KINDS]; /* of each kind */
+
+    struct plan_object *objects;
+    struct plan_mesh *meshes;
+    struct plan_material *materials;
+    struct plan_texture *textures;
+    struct plan_image *images;
+    struct plan_light *lights;
+    size_t object_count, mesh_count, material_count, texture_count, image_count, light_count;
+
+    uint32_t *camera_media; /* objects that the camera is inside of, outermost first: dielectrics only */
+    size_t camera_media_count;
+
+    bool needs_footprints; /* some texture or background is filtered */
+};
+
+/* Compiles a valid scene, which must outlive the plan and stay unchanged. Never fails on a valid scene. */
+struct plan *plan_create(const struct scene *scene, const struct trace_settings *settings);
+
+/* Frees *plan and sets it to NULL; *plan may be NULL. */
+void plan_destroy(struct plan **plan);
+
+/* Surfaces nearer to one another than this share of their coordinates' size are taken to coincide: far above what
+ * rounding makes of them, far below what can be seen. */
+#define COINCIDENCE 0x1p-40
+
+/* The roots of a ray with primitive `id`; `shear` is shear_of(direction).
+ *
+ * Where a ray leaves what lets light through is taken to be farther along by plan_leave_delay. So where glass stands on a
+ * floor or on other glass, the ray meets the other surface before it leaves, whichever way rounding would have it:
+ * without a rule, every pixel would decide anew. */
+struct span plan_span(const struct plan *plan, uint32_t id, struct vec3 origin, struct vec3 direction,
+                      const struct shear *shear);
+
+/* What plan_span adds to a leaving root at t, to within COINCIDENCE of itself. */
+double plan_leave_delay(const struct plan *plan, uint32_t id, struct vec3 origin, double t);
+
+#endif

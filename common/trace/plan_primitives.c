@@ -1,0 +1,230 @@
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "trace/plan_parts.h"
+
+/* A transform prepared for placing shapes. scale is that of a similarity, or 0. */
+struct placement {
+    struct affine world;
+    struct vec3 eye;
+    double scale;
+};
+
+static struct vec3 place(const struct placement *at, struct vec3 point)
+{
+    return affine_point_relative(&at->world, point, at->eye);
+}
+
+/* A normal's image: the inverse transposed times n, as the cofactors' product, normalised and on the same side. */
+static struct vec3 place_normal(const struct placement *at, struct vec3 normal)
+{
+    struct mat3 inverse = mat3_inverse(&at->world.linear);
+    return vec3_normalize(mat3_apply_transposed(&inverse, normal));
+}
+
+/* From offsets in the world to coordinates along the orthonormal axes x, y, z of the shape; *unit is how long a
+ * unit of those is in the frame. Under a similarity the frame keeps world lengths, so its rows are exact unit
+ * vectors where the axes are the coordinate axes. */
+static struct mat3 place_frame(const struct placement *at, struct vec3 x, struct vec3 y, struct vec3 z, double *unit)
+{
+    struct mat3 axes = {x, y, z};
+    if (at->scale > 0) {
+        struct mat3 turned = mat3_transpose(&at->world.linear);
+        struct mat3 frame = mat3_multiply(&axes, &turned);
+        *unit = at->scale;
+        return (struct mat3){vec3_scale(frame.x, 1 / at->scale), vec3_scale(frame.y, 1 / at->scale),
+                             vec3_scale(frame.z, 1 / at->scale)};
+    }
+    struct mat3 inverse = mat3_inverse(&at->world.linear);
+    *unit = 1;
+    return mat3_multiply(&axes, &inverse);
+}
+
+/* 0..2 if the vector is along that coordinate axis, else −1. */
+static int8_t axis_of(struct vec3 v)
+{
+    if (v.y == 0 && v.z == 0)
+        return 0;
+    if (v.x == 0 && v.z == 0)
+        return 1;
+    return v.x == 0 && v.y == 0 ? 2 : -1;
+}
+
+/* The longest that the transform makes a vector of length 1, bounded from above (Frobenius norm). */
+static double stretch(const struct placement *at)
+{
+    const struct mat3 *m = &at->world.linear;
+    return sqrt(vec3_dot(m->x, m->x) + vec3_dot(m->y, m->y) + vec3_dot(m->z, m->z));
+}
+
+static void add_primitive(struct plan *plan, uint32_t object, enum primitive_kind kind, int8_t flat_axis)
+{
+    const struct plan_material *material = &plan->materials[plan->objects[object].material];
+    plan->primitives[plan->primitive_count++] = (struct primitive){
+        .kind = (uint8_t)kind,
+        .blocks_light = !material->transmits,
+        .flat_axis = flat_axis,
+        .index = (uint32_t)plan->count[kind]++,
+        .object = object,
+    };
+}
+
+static void add_sphere(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
+{
+    struct vec3 center = place(at, shape->sphere.center);
+    double radius = shape->sphere.radius;
+    plan->objects[object].extent = stretch(at) * radius;
+    if (at->scale > 0) {
+        plan->spheres[plan->count[PRIMITIVE_SPHERE]] = (struct sphere){center, at->scale * radius};
+        add_primitive(plan, object, PRIMITIVE_SPHERE, -1);
+        return;
+    }
+    struct mat3 inverse = mat3_inverse(&at->world.linear);
+    struct mat3 frame = {vec3_scale(inverse.x, 1 / radius), vec3_scale(inverse.y, 1 / radius),
+                         vec3_scale(inverse.z, 1 / radius)};
+    plan->ellipsoids[plan->count[PRIMITIVE_ELLIPSOID]] = (struct ellipsoid){frame, center};
+    add_primitive(plan, object, PRIMITIVE_ELLIPSOID, -1);
+}
+
+static void add_plane(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
+{
+    struct vec3 normal = place_normal(at, shape->plane.normal);
+    double offset = vec3_dot(normal, place(at, shape->plane.point));
+    plan->planes[plan->count[PRIMITIVE_PLANE]] = (struct plane){normal, offset};
+    add_primitive(plan, object, PRIMITIVE_PLANE, axis_of(shape->plane.normal));
+}
+
+static void add_disc(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
+{
+    struct vec3 x, y, center = place(at, shape->disc.center);
+    double unit;
+    vec3_frame(shape->disc.normal, &x, &y);
+    struct mat3 frame = place_frame(at, x, y, shape->disc.normal, &unit);
+    double radius = shape->disc.radius * unit;
+    struct vec3 normal = place_normal(at, shape->disc.normal);
+    plan->objects[object].extent = stretch(at) * shape->disc.radius;
+    plan->discs[plan->count[PRIMITIVE_DISC]] = (struct disc){
+        .plane = {normal, vec3_dot(normal, center)},
+        .center = center,
+        .u = vec3_scale(frame.x, 1 / radius),
+        .v = vec3_scale(frame.y, 1 / radius),
+    };
+    add_primitive(plan, object, PRIMITIVE_DISC, axis_of(shape->disc.normal));
+}
+
+static void add_frustum(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
+{
+    bool top_is_narrow = shape->frustum.top_radius < shape->frustum.base_radius;
+    struct vec3 narrow = top_is_narrow ? shape->frustum.top : shape->frustum.base;
+    struct vec3 wide = top_is_narrow ? shape->frustum.base : shape->frustum.top;
+    double narrow_radius = top_is_narrow ? shape->frustum.top_radius : shape->frustum.base_radius;
+    double wide_radius = top_is_narrow ? shape->frustum.base_radius : shape->frustum.top_radius;
+    double length = vec3_length(vec3_sub(wide, narrow)), unit;
+    struct vec3 z = vec3_normalize(vec3_sub(wide, narrow)), x, y;
+    vec3_frame(z, &x, &y);
+    struct mat3 frame = place_frame(at, x, y, z, &unit);
+    plan->objects[object].extent = stretch(at) * (length + wide_radius);
+    plan->frustums[plan->count[PRIMITIVE_FRUSTUM]] = (struct frustum){
+        .frame = frame,
+        .origin = place(at, narrow),
+        .radius = narrow_radius * unit,
+        .slope = (wide_radius - narrow_radius) / length,
+        .height = length * unit,
+        .open = shape->frustum.open,
+    };
+    add_primitive(plan, object, PRIMITIVE_FRUSTUM, axis_of(z));
+}
+
+static void add_box(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
+{
+    struct vec3 half = vec3_scale(vec3_sub(shape->box.max, shape->box.min), 0.5);
+    double unit;
+    struct mat3 frame = place_frame(at, vec3_make(1, 0, 0), vec3_make(0, 1, 0), vec3_make(0, 0, 1), &unit);
+    plan->objects[object].extent = stretch(at) * vec3_length(half);
+    plan->boxes[plan->count[PRIMITIVE_BOX]] = (struct box){
+        .frame = frame,
+        .center = place(at, vec3_add(shape->box.min, half)),
+        .half = vec3_scale(half, unit),
+    };
+    add_primitive(plan, object, PRIMITIVE_BOX, -1);
+}
+
+static int8_t triangle_flat_axis(struct vec3 a, struct vec3 b, struct vec3 c)
+{
+    if (a.x == b.x && a.x == c.x)
+        return 0;
+    if (a.y == b.y && a.y == c.y)
+        return 1;
+    return a.z == b.z && a.z == c.z ? 2 : -1;
+}
+
+static void add_mesh_normals(struct plan_mesh *to, const struct mesh *from, const struct placement *at)
+{
+    if (!from->normals)
+        return;
+    to->normals = memory_array(from->vertex_count, sizeof *to->normals);
+    for (size_t i = 0; i < from->vertex_count; i++)
+        to->normals[i] = place_normal(at, from->normals[i]);
+}
+
+static void add_mesh(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
+{
+    const struct mesh *mesh = &shape->mesh;
+    struct plan_mesh *to = &plan->meshes[plan->mesh_count];
+    plan->objects[object].mesh = (uint32_t)plan->mesh_count++;
+    *to = (struct plan_mesh){.uv = mesh->uv, .index = mesh->index,
+                             .first_triangle = (uint32_t)plan->count[PRIMITIVE_TRIANGLE],
+                             .mirrored = mat3_determinant(&at->world.linear) < 0};
+    add_mesh_normals(to, mesh, at);
+    for (size_t i = 0; i < mesh->triangle_count; i++) {
+        const uint32_t *v = &mesh->index[3 * i];
+        struct vec3 a = mesh->points[v[0]], b = mesh->points[v[1]], c = mesh->points[v[2]];
+        struct triangle placed = {place(at, a), place(at, b), place(at, c)};
+        if (to->mirrored)
+            placed = (struct triangle){placed.a, placed.c, placed.b};
+        plan->triangles[plan->count[PRIMITIVE_TRIANGLE]] = placed;
+        add_primitive(plan, object, PRIMITIVE_TRIANGLE, triangle_flat_axis(a, b, c));
+        double reach = vec3_length(vec3_sub(placed.a, plan->triangles[to->first_triangle].a));
+        if (reach > plan->objects[object].extent)
+            plan->objects[object].extent = reach;
+    }
+}
+
+static void allocate(struct plan *plan, const struct scene *scene)
+{
+    size_t shapes[SHAPE_KINDS] = {0}, triangles = 0;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        shapes[scene->objects[i].shape.kind]++;
+        if (scene->objects[i].shape.kind == SHAPE_MESH)
+            triangles += scene->objects[i].shape.mesh.triangle_count;
+    }
+    plan->primitives = memory_array(scene->object_count + triangles, sizeof *plan->primitives);
+    plan->spheres = memory_array(shapes[SHAPE_SPHERE], sizeof *plan->spheres);
+    plan->ellipsoids = memory_array(shapes[SHAPE_SPHERE], sizeof *plan->ellipsoids);
+    plan->planes = memory_array(shapes[SHAPE_PLANE], sizeof *plan->planes);
+    plan->discs = memory_array(shapes[SHAPE_DISC], sizeof *plan->discs);
+    plan->frustums = memory_array(shapes[SHAPE_FRUSTUM], sizeof *plan->frustums);
+    plan->boxes = memory_array(shapes[SHAPE_BOX], sizeof *plan->boxes);
+    plan->triangles = memory_array(triangles, sizeof *plan->triangles);
+    plan->meshes = memory_array(shapes[SHAPE_MESH], sizeof *plan->meshes);
+    plan->objects = memory_array(scene->object_count, sizeof *plan->objects);
+    plan->object_count = scene->object_count;
+}
+
+void plan_primitives_build(struct plan *plan, const struct scene *scene)
+{
+    static void (*const add[SHAPE_KINDS])(struct plan *, uint32_t, const struct shape *, const struct placement *) = {
+        [SHAPE_SPHERE] = add_sphere, [SHAPE_PLANE] = add_plane, [SHAPE_DISC] = add_disc,
+        [SHAPE_FRUSTUM] = add_frustum, [SHAPE_BOX] = add_box, [SHAPE_MESH] = add_mesh,
+    };
+    allocate(plan, scene);
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const struct object *from = &scene->objects[i];
+        struct placement at = {from->transform, plan->eye, affine_similarity(&from->transform)};
+        plan->objects[i] = (struct plan_object){.material = (uint32_t)from->material, .mesh = UINT32_MAX,
+                                                .first_primitive = (uint32_t)plan->primitive_count};
+        add[from->shape.kind](plan, (uint32_t)i, &from->shape, &at);
+    }
+}

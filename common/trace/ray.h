@@ -1,0 +1,98 @@
+/*
+ * Rays, and batches of them as structures of arrays.
+ *
+ * A ray is the half-line origin + t direction, with |direction| = 1 and coordinates relative to the camera.
+ * What it may hit is ordered by (t, key), where key = hit_key(id, side): the least (t, key) beyond
+ * (t_min, key_min) and with t < t_max is its hit.
+ */
+#ifndef WEFT_TRACE_RAY_H
+#define WEFT_TRACE_RAY_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "math/vec3.h"
+
+/* Which of a primitive's two roots: where a ray enters a solid (or meets the front of a flat primitive), or
+ * where it leaves (or meets the back). Taken from the root's place, never from the sign of d · n, which is
+ * wrong for a share of near-tangent rays. */
+enum side { SIDE_ENTER = 0, SIDE_LEAVE = 1 };
+
+#define PRIMITIVE_NONE UINT32_MAX
+#define KEY_NONE UINT64_MAX
+
+static inline uint64_t hit_key(uint32_t id, enum side side)
+{
+    return (uint64_t)id << 1 | (uint64_t)side;
+}
+
+/* How a ray departs from the primitive `from` that it starts on. It cannot hit that again, except that a
+ * ray going into a solid meets the solid's far wall. No distance decides this. */
+enum departure { DEPART_OUTWARD, DEPART_INWARD };
+
+struct ray {
+    struct vec3 origin, direction;
+    double t_min, t_max;
+    uint64_t key_min;
+    uint32_t from; /* PRIMITIVE_NONE: starts in free space, or on the straight line of its parent */
+    uint8_t departure;
+};
+
+/* Arrays of `capacity` rays, of which `count` are in use. All zero is empty. */
+struct ray_batch {
+    size_t count, capacity;
+    double *origin[3], *direction[3];
+    double *t_min, *t_max;
+    uint64_t *key_min;
+    uint32_t *from;
+    uint8_t *departure;
+};
+
+void ray_batch_finish(struct ray_batch *batch);
+void ray_batch_push(struct ray_batch *batch, const struct ray *ray);
+struct ray ray_batch_get(const struct ray_batch *batch, size_t index);
+
+/* What each ray of a batch hit. */
+struct hit_batch {
+    size_t capacity;
+    double *t;
+    uint32_t *id;  /* PRIMITIVE_NONE: nothing */
+    uint8_t *side; /* enum side */
+    uint8_t *part; /* which piece of the primitive's surface, as in intersect.h */
+};
+
+void hit_batch_finish(struct hit_batch *batch);
+void hit_batch_reserve(struct hit_batch *batch, size_t capacity);
+
+/* --- paths: camera rays and what becomes of them ----------------------------------------------------------- */
+
+/* One sample's share of a pixel, as differentials of the ray by the image's x and y (Igehy, "Tracing Ray
+ * Differentials", SIGGRAPH 1999). It shrinks as samples grow. */
+struct footprint {
+    struct vec3 origin_x, origin_y;       /* of the origin, per share */
+    struct vec3 direction_x, direction_y; /* of the direction, per share */
+};
+
+struct path {
+    struct ray ray;
+    struct vec3 throughput; /* share of the radiance found that reaches the sample */
+    uint32_t sample;        /* index of the camera ray that it comes from */
+    uint32_t medium;        /* what it travels in, as in medium.h */
+    struct footprint footprint;
+};
+
+/* One generation of paths, in ray-tree order: by sample, then parent by parent, mirrored before transmitted. */
+struct path_batch {
+    struct ray_batch rays;
+    size_t capacity;
+    struct vec3 *throughput;
+    uint32_t *sample, *medium;
+    struct footprint *footprint;
+};
+
+void path_batch_finish(struct path_batch *batch);
+void path_batch_clear(struct path_batch *batch);
+void path_batch_push(struct path_batch *batch, const struct path *path);
+struct path path_batch_get(const struct path_batch *batch, size_t index);
+
+#endif

@@ -1,0 +1,253 @@
+#include "trace/shade.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "math/elementary.h"
+#include "trace/light.h"
+#include "trace/optics.h"
+
+void shadow_batch_finish(struct shadow_batch *batch)
+{
+    ray_batch_finish(&batch->rays);
+    free(batch->radiance);
+    free(batch->owner);
+    *batch = (struct shadow_batch){0};
+}
+
+static void shadow_batch_push(struct shadow_batch *batch, const struct ray *ray, struct vec3 radiance, uint32_t owner)
+{
+    size_t i = batch->rays.count;
+    ray_batch_push(&batch->rays, ray);
+    if (batch->capacity < batch->rays.capacity) {
+        batch->capacity = batch->rays.capacity;
+        batch->radiance = memory_resize(batch->radiance, batch->capacity, sizeof *batch->radiance);
+        batch->owner = memory_resize(batch->owner, batch->capacity, sizeof *batch->owner);
+    }
+    batch->radiance[i] = radiance;
+    batch->owner[i] = owner;
+}
+
+/* Where the path's last bend lies on the ray: a path that went straight through a surface keeps its ray. */
+static double segment_start(const struct ray *ray)
+{
+    return ray->key_min == KEY_NONE ? 0 : ray->t_min;
+}
+
+static struct vec3 absorbed_on_the_way(const struct plan *plan, const struct medium_pool *media,
+                                       const struct path *path, double t)
+{
+    if (path->medium == MEDIUM_SPACE)
+        return path->throughput;
+    uint32_t object = medium_top(media, path->medium);
+    const struct plan_material *material = &plan->materials[plan->objects[object].material];
+    if (!material->absorbs)
+        return path->throughput;
+    double length = t - segment_start(&path->ray);
+    struct vec3 share = {math_exp(-material->absorption.x * length), math_exp(-material->absorption.y * length),
+                         math_exp(-material->absorption.z * length)};
+    return vec3_mul(path->throughput, share);
+}
+
+void shading_init(struct shading *shading, const struct plan *plan, const struct medium_pool *media,
+                  const struct path *path, const struct hit *hit)
+{
+    shading->path = *path;
+    shading->path.throughput = absorbed_on_the_way(plan, media, path, hit->t);
+    shading->hit = *hit;
+    shading->material = &plan->materials[plan->objects[plan->primitives[hit->id].object].material];
+    shading->surface = surface_at(plan, &path->ray, hit);
+    shading->needs_footprints = plan->needs_footprints;
+    if (plan->needs_footprints)
+        shading->spread = surface_footprint_at(plan, &path->ray, &path->footprint, hit, &shading->surface);
+    shading->color = surface_color(plan, hit, &shading->surface, plan->needs_footprints ? &shading->spread : NULL);
+    bool inside = hit->side == SIDE_LEAVE;
+    shading->normal = inside ? vec3_neg(shading->surface.normal) : shading->surface.normal;
+    shading->shading_normal = inside ? vec3_neg(shading->surface.shading_normal) : shading->surface.shading_normal;
+    if (vec3_dot(shading->shading_normal, path->ray.direction) > 0)
+        shading->shading_normal = shading->normal;
+}
+
+struct vec3 shading_ambient(const struct plan *plan, const struct shading *shading)
+{
+    struct vec3 own = vec3_mul(shading->color, shading->material->surface_share);
+    return vec3_mul(vec3_scale(own, shading->material->ambient), plan->ambient);
+}
+
+/* A ray from the surface's point. Other surfaces that coincide with this one are not met. */
+static struct ray departing_ray(const struct shading *shading, struct vec3 direction, enum departure departure)
+{
+    double cosine = fabs(vec3_dot(direction, shading->surface.normal));
+    double error = cosine > 0 ? shading->surface.error / cosine : shading->surface.error;
+    return (struct ray){
+        .origin = shading->surface.position,
+        .direction = direction,
+        .t_min = error + COINCIDENCE * vec3_max_abs(shading->surface.position),
+        .t_max = INFINITY,
+        .key_min = KEY_NONE,
+        .from = shading->hit.id,
+        .departure = (uint8_t)departure,
+    };
+}
+
+/* On the side that the path comes from, or on the other. */
+static enum departure departure_to(const struct shading *shading, bool same_side)
+{
+    return (shading->hit.side == SIDE_ENTER) == same_side ? DEPART_OUTWARD : DEPART_INWARD;
+}
+
+void shading_push_shadows(const struct plan *plan, const struct shading *shading, uint32_t owner,
+                          struct shadow_batch *shadows)
+{
+    for (size_t i = 0; i < plan->light_count; i++) {
+        struct light_arrival arrival;
+        if (!light_arrive(&plan->lights[i], shading->surface.position, &arrival))
+            continue;
+        if (vec3_dot(shading->normal, arrival.direction) <= 0)
+            continue;
+        struct vec3 radiance = light_phong(shading->material, shading->color, shading->shading_normal,
+                                           shading->path.ray.direction, arrival.direction);
+        if (vec3_is_zero(radiance))
+            continue;
+        struct ray ray = departing_ray(shading, arrival.direction, departure_to(shading, true));
+        ray.t_max = arrival.distance * (1 - COINCIDENCE) - ray.t_min; /* a surface with the light on it is not met */
+        shadow_batch_push(shadows, &ray, vec3_mul(radiance, arrival.strength), owner);
+    }
+}
+
+static void push_child(struct path_batch *children, const struct path *path)
+{
+    if (vec3_max(path->throughput) >= THROUGHPUT_MIN)
+        path_batch_push(children, path);
+}
+
+/* Mirrored about the shading normal, or about the geometric one where that would send it into the surface. */
+static void push_mirrored(const struct shading *shading, struct vec3 share, struct path_batch *children)
+{
+    struct vec3 incoming = shading->path.ray.direction, normal = shading->shading_normal;
+    struct vec3 direction = optics_reflect(incoming, normal);
+    if (vec3_dot(direction, shading->normal) <= 0) {
+        normal = shading->normal;
+        direction = optics_reflect(incoming, normal);
+    }
+    struct path child = shading->path;
+    child.ray = departing_ray(shading, direction, departure_to(shading, true));
+    child.throughput = vec3_mul(shading->path.throughput, share);
+    if (shading->needs_footprints) {
+        const struct surface_footprint *spread = &shading->spread;
+        const struct footprint *from = &shading->path.footprint;
+        /* The formula is even in the normal together with its change, so the outward one serves. */
+        struct vec3 outward = shading->hit.side == SIDE_LEAVE ? vec3_neg(normal) : normal;
+        child.footprint = (struct footprint){
+            .origin_x = spread->position_x,
+            .origin_y = spread->position_y,
+            .direction_x = optics_reflect_change(incoming, outward, from->direction_x, spread->normal_x),
+            .direction_y = optics_reflect_change(incoming, outward, from->direction_y, spread->normal_y),
+        };
+    }
+    push_child(children, &child);
+}
+
+/* Straight on along the same ray, whose next hit must only come after this one. */
+static void push_straight(const struct shading *shading, struct vec3 share, uint32_t medium,
+                          struct path_batch *children)
+{
+    struct path child = shading->path;
+    child.ray.t_min = shading->hit.t;
+    child.ray.key_min = hit_key(shading->hit.id, shading->hit.side);
+    child.throughput = vec3_mul(shading->path.throughput, share);
+    child.medium = medium;
+    push_child(children, &child);
+}
+
+/* Refracted about `normal`. Walls of other solids that coincide with this one are met, so that the path leaves the one
+ * as it enters the other. */
+static void push_refracted(const struct shading *shading, const struct refraction *refraction, struct vec3 normal,
+                           struct vec3 share, uint32_t medium, struct path_batch *children)
+{
+    struct vec3 incoming = shading->path.ray.direction;
+    struct path child = shading->path;
+    child.ray = departing_ray(shading, optics_refract(refraction, incoming, normal), departure_to(shading, false));
+    child.ray.t_min = -child.ray.t_min;
+    child.throughput = vec3_mul(shading->path.throughput, share);
+    child.medium = medium;
+    if (shading->needs_footprints) {
+        const struct surface_footprint *spread = &shading->spread;
+        const struct footprint *from = &shading->path.footprint;
+        double sign = shading->hit.side == SIDE_LEAVE ? -1 : 1; /* from the outward normal to this side's */
+        child.footprint = (struct footprint){
+            .origin_x = spread->position_x,
+            .origin_y = spread->position_y,
+            .direction_x = optics_refract_change(refraction, incoming, normal, from->direction_x,
+                                                 vec3_scale(spread->normal_x, sign)),
+            .direction_y = optics_refract_change(refraction, incoming, normal, from->direction_y,
+                                                 vec3_scale(spread->normal_y, sign)),
+        };
+    }
+    push_child(children, &child);
+}
+
+static double medium_ior(const struct plan *plan, const struct medium_pool *media, uint32_t medium)
+{
+    if (medium == MEDIUM_SPACE)
+        return 1;
+    return plan->materials[plan->objects[medium_top(media, medium)].material].ior;
+}
+
+/* Whether the path has met, within the error of its start, a wall that it crossed just there: one that coincides with
+ * the wall at which it was refracted. */
+static bool is_crossed_already(const struct shading *shading, const struct medium_pool *media, uint32_t object)
+{
+    bool enters = shading->hit.side == SIDE_ENTER;
+    return shading->hit.t <= -shading->path.ray.t_min && medium_holds(media, shading->path.medium, object) == enters;
+}
+
+/* The normal to refract about: the shading normal, or the geometric one where that would leave the ray on its side. */
+static struct vec3 refracting_normal(const struct shading *shading, double ior_here, double ior_beyond)
+{
+    struct vec3 incoming = shading->path.ray.direction, normal = shading->shading_normal;
+    struct refraction refraction = optics_refraction(incoming, normal, ior_here, ior_beyond);
+    if (refraction.total || vec3_dot(optics_refract(&refraction, incoming, normal), shading->normal) < 0)
+        return normal;
+    return shading->normal;
+}
+
+/* The boundary of a dielectric: between what the path is in now and what it would be in beyond. */
+static void push_dielectric(const struct plan *plan, const struct shading *shading, struct medium_pool *media,
+                            struct path_batch *children)
+{
+    uint32_t object = plan->primitives[shading->hit.id].object, here = shading->path.medium;
+    if (is_crossed_already(shading, media, object)) {
+        push_straight(shading, vec3_make(1, 1, 1), here, children);
+        return;
+    }
+    uint32_t beyond = shading->hit.side == SIDE_ENTER ? medium_push(media, here, object)
+                                                      : medium_remove(media, here, object);
+    double ior_here = medium_ior(plan, media, here), ior_beyond = medium_ior(plan, media, beyond);
+    if (ior_here == ior_beyond) {
+        push_straight(shading, shading->material->filter, beyond, children);
+        return;
+    }
+    struct vec3 normal = refracting_normal(shading, ior_here, ior_beyond);
+    struct refraction refraction = optics_refraction(shading->path.ray.direction, normal, ior_here, ior_beyond);
+    double reflectance = refraction.reflectance;
+    push_mirrored(shading, vec3_make(reflectance, reflectance, reflectance), children);
+    if (reflectance < 1)
+        push_refracted(shading, &refraction, normal, vec3_scale(shading->material->filter, 1 - reflectance), beyond,
+                       children);
+}
+
+void shading_push_children(const struct plan *plan, const struct shading *shading, struct medium_pool *media,
+                           struct path_batch *children)
+{
+    const struct plan_material *material = shading->material;
+    if (material->dielectric) {
+        push_dielectric(plan, shading, media, children);
+        return;
+    }
+    if (material->mirrors)
+        push_mirrored(shading, material->reflection, children);
+    if (material->transmits)
+        push_straight(shading, vec3_scale(material->filter, material->transparency), shading->path.medium, children);
+}

@@ -1,0 +1,106 @@
+#include "trace/shadow.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "math/elementary.h"
+#include "trace/optics.h"
+#include "trace/surface.h"
+
+static int compare_crossings(const void *left, const void *right)
+{
+    const struct crossing *a = left, *b = right;
+    if (a->ray != b->ray)
+        return a->ray < b->ray ? -1 : 1;
+    if (a->t != b->t)
+        return a->t < b->t ? -1 : 1;
+    uint64_t key_a = hit_key(a->id, a->side), key_b = hit_key(b->id, b->side);
+    return key_a < key_b ? -1 : key_a > key_b;
+}
+
+static struct vec3 surface_factor(const struct plan *plan, const struct ray *ray, const struct crossing *crossing,
+                                  const struct plan_material *material)
+{
+    if (!material->dielectric)
+        return vec3_scale(material->filter, material->transparency);
+    struct hit hit = {crossing->t, crossing->id, crossing->side, crossing->part};
+    struct surface surface = surface_at(plan, ray, &hit);
+    struct vec3 normal = crossing->side == SIDE_ENTER ? surface.normal : vec3_neg(surface.normal);
+    struct refraction refraction = optics_refraction(ray->direction, normal, 1, material->ior);
+    return vec3_scale(material->filter, 1 - refraction.reflectance);
+}
+
+/* exp(−absorption × length), channel by channel. */
+static struct vec3 absorbed(struct vec3 absorption, double length)
+{
+    return vec3_make(math_exp(-absorption.x * length), math_exp(-absorption.y * length),
+                     math_exp(-absorption.z * length));
+}
+
+static uint32_t object_of(const struct plan *plan, const struct crossing *crossing)
+{
+    return plan->primitives[crossing->id].object;
+}
+
+/* Where the object that is left at run[at] was entered: at the nearest crossing before that is not yet paired with a
+ * leaving one, or at the ray's start. */
+static double entered_at(const struct plan *plan, const struct crossing *run, size_t at)
+{
+    uint32_t object = object_of(plan, &run[at]);
+    int open = 0;
+    for (size_t i = at; i-- > 0;) {
+        if (object_of(plan, &run[i]) != object)
+            continue;
+        if (run[i].side == SIDE_ENTER && open-- == 0)
+            return run[i].t;
+        if (run[i].side == SIDE_LEAVE)
+            open++;
+    }
+    return 0;
+}
+
+/* Whether the object entered at run[at] is not left again before the light. */
+static bool stays_inside(const struct plan *plan, const struct crossing *run, size_t at, size_t count)
+{
+    uint32_t object = object_of(plan, &run[at]);
+    int depth = 1;
+    for (size_t i = at + 1; i < count && depth > 0; i++)
+        if (object_of(plan, &run[i]) == object)
+            depth += run[i].side == SIDE_ENTER ? 1 : -1;
+    return depth > 0;
+}
+
+static struct vec3 run_transmittance(const struct plan *plan, const struct ray *ray, const struct crossing *run,
+                                     size_t count)
+{
+    struct vec3 product = {1, 1, 1};
+    for (size_t i = 0; i < count; i++) {
+        const struct plan_material *material = &plan->materials[plan->objects[object_of(plan, &run[i])].material];
+        product = vec3_mul(product, surface_factor(plan, ray, &run[i], material));
+        if (!material->absorbs)
+            continue;
+        if (run[i].side == SIDE_LEAVE)
+            product = vec3_mul(product, absorbed(material->absorption, run[i].t - entered_at(plan, run, i)));
+        else if (ray->t_max < INFINITY && stays_inside(plan, run, i, count))
+            product = vec3_mul(product, absorbed(material->absorption, ray->t_max - run[i].t));
+    }
+    return product;
+}
+
+void shadow_transmittance(const struct plan *plan, const struct ray_batch *rays, const uint8_t *blocked,
+                          struct crossing_list *crossings, struct vec3 *transmittance)
+{
+    for (size_t i = 0; i < rays->count; i++)
+        transmittance[i] = blocked[i] ? vec3_make(0, 0, 0) : vec3_make(1, 1, 1);
+    if (crossings->count > 1)
+        qsort(crossings->items, crossings->count, sizeof *crossings->items, compare_crossings);
+    for (size_t start = 0, end; start < crossings->count; start = end) {
+        uint32_t index = crossings->items[start].ray;
+        for (end = start; end < crossings->count && crossings->items[end].ray == index; end++)
+            continue;
+        if (blocked[index])
+            continue;
+        struct ray ray = ray_batch_get(rays, index);
+        transmittance[index] = run_transmittance(plan, &ray, crossings->items + start, end - start);
+    }
+}

@@ -1,0 +1,45 @@
+/*
+ * The surface at a hit: its point, normals and, for textures, the footprint that the ray covers on it.
+ */
+#ifndef WEFT_TRACE_SURFACE_H
+#define WEFT_TRACE_SURFACE_H
+
+#include "trace/plan.h"
+#include "trace/ray.h"
+#include "trace/texture.h"
+
+struct hit {
+    double t;
+    uint32_t id;
+    enum side side;
+    uint8_t part;
+};
+
+struct surface {
+    struct vec3 position; /* on the surface to within `error` in every coordinate */
+    double error;
+    struct vec3 normal;         /* unit; outward, or towards the front of a flat primitive */
+    struct vec3 shading_normal; /* unit; interpolated on a smooth mesh, else equal to normal */
+    double weights[3];          /* on triangles: of the mesh's corners in the mesh's order */
+};
+
+/* How the surface changes over the footprint: its edges on the surface, and the change of the shading normal
+ * along them. */
+struct surface_footprint {
+    struct vec3 position_x, position_y;
+    struct vec3 normal_x, normal_y;
+};
+
+/* The surface where the ray meets primitive hit->id at hit->t. */
+struct surface surface_at(const struct plan *plan, const struct ray *ray, const struct hit *hit);
+
+/* Carries a ray's footprint to the surface that it hits at t. */
+struct surface_footprint surface_footprint_at(const struct plan *plan, const struct ray *ray,
+                                              const struct footprint *footprint, const struct hit *hit,
+                                              const struct surface *surface);
+
+/* The colour of the primitive's material there. spread may be NULL: a point. */
+struct vec3 surface_color(const struct plan *plan, const struct hit *hit, const struct surface *surface,
+                          const struct surface_footprint *spread);
+
+#endif
