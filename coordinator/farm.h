@@ -1,0 +1,41 @@
+/*
+ * The coordinator at work: it listens, starts local workers, speaks with all workers, lets the scheduler decide, and
+ * has the results woven together. One thread, one loop.
+ */
+#ifndef WEFT_COORDINATOR_FARM_H
+#define WEFT_COORDINATOR_FARM_H
+
+#include "base/error.h"
+#include "coordinator/progress.h"
+#include "coordinator/render_job.h"
+
+struct farm_config {
+    const char *listen;       /* endpoint in full form for workers from elsewhere, or NULL */
+    int local_workers;        /* processes to start */
+    int local_threads;        /* render threads of all of them together */
+    const char *local_kernel; /* name to force, or NULL */
+    uint32_t band_rows;       /* 0: automatic */
+};
+
+struct farm;
+
+/* Blocks the signals that farm_run reads, binds, and starts local workers. NULL with *status and *error set. */
+struct farm *farm_create(const struct farm_config *config, enum status *status, struct error *error);
+
+/* Adds a job; it is rendered after those added before. Borrowed; must stay until farm_destroy. */
+void farm_add_job(struct farm *farm, struct render_job *job);
+
+/* Shows progress there from now on. Borrowed; NULL: nowhere. */
+void farm_set_progress(struct farm *farm, struct progress *progress);
+
+/* Called when a job's output is complete. */
+typedef void farm_job_done(const struct render_job *job, void *context);
+
+/* Renders all jobs. STATUS_OK if every output was written. A signal ends it early: *interrupted is then the signal's
+ * number, otherwise 0. */
+enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int *interrupted, struct error *error);
+
+/* Says goodbye to all workers, ends the local ones, frees *farm and sets it to NULL; *farm may be NULL. */
+void farm_destroy(struct farm **farm);
+
+#endif

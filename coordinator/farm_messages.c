@@ -1,0 +1,324 @@
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <sodium.h>
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "base/memory.h"
+#include "coordinator/farm_private.h"
+
+/* --- sending ------------------------------------------------------------------------------------------------------ */
+
+static bool send_to(struct farm *farm, const struct wire_peer *address, const struct message *message)
+{
+    struct bytes bytes = {0};
+    message_encode(message, &bytes);
+    bool sent = wire_server_send(farm->server, address, bytes.data, bytes.size);
+    bytes_finish(&bytes);
+    return sent;
+}
+
+void farm_send(struct farm *farm, struct peer *peer, struct message message)
+{
+    message.epoch = peer->epoch;
+    if (!peer->gone && !send_to(farm, &peer->address, &message))
+        farm_lose_peer(farm, peer, true);
+}
+
+void farm_lose_peer(struct farm *farm, struct peer *peer, bool by_fault)
+{
+    if (peer->gone)
+        return;
+    peer->gone = true;
+    peer_finish(peer);
+    if (by_fault)
+        log_warning("worker %u (%s, process %u) is lost", peer->number, peer->host, peer->pid);
+    farm_tell(farm, &(struct event){.kind = by_fault ? EVENT_LOST : EVENT_LEAVE, .worker = peer->number}, NULL);
+}
+
+static struct peer *peer_numbered(struct farm *farm, uint32_t number)
+{
+    return &farm->peers[number - 1];
+}
+
+/* --- carrying out the scheduler's actions --------------------------------------------------------------------------- */
+
+static void fail(struct farm *farm, enum status status, const struct error *error)
+{
+    if (farm->status != STATUS_OK)
+        return;
+    farm->status = status;
+    farm->error = *error;
+}
+
+static void announce(struct farm *farm, const struct action *action)
+{
+    const struct render_job *job = farm->jobs[action->job];
+    farm_send(farm, peer_numbered(farm, action->worker), (struct message){.kind = MESSAGE_JOB, .job = {
+        .job = action->job, .manifest = job->manifest_digest, .manifest_bytes = job->manifest.size,
+        .settings = job->settings}});
+}
+
+static void grant(struct farm *farm, const struct action *action)
+{
+    struct render_job *job = farm->jobs[action->job];
+    if (job->state == JOB_WAITING) {
+        job->state = JOB_RUNNING;
+        job->started_ms = clock_now_ms();
+    }
+    farm_send(farm, peer_numbered(farm, action->worker), (struct message){.kind = MESSAGE_BAND, .band = {
+        .job = action->job, .lease = action->lease, .first_row = action->first_row, .rows = action->rows}});
+}
+
+static void accept_records(struct farm *farm, const struct action *action, const uint8_t *records)
+{
+    struct render_job *job = farm->jobs[action->job];
+    struct error error;
+    enum status status = assembly_add(job->assembly, action->first_row, action->rows, records, &error);
+    if (status != STATUS_OK)
+        fail(farm, status, &error);
+    job->rows_done += action->rows;
+    job->figures = assembly_figures(job->assembly);
+}
+
+static void complete_job(struct farm *farm, const struct action *action)
+{
+    struct render_job *job = farm->jobs[action->job];
+    struct error error;
+    if (farm->status != STATUS_OK)
+        return;
+    enum status status = assembly_complete(&job->assembly, &error);
+    job->ended_ms = clock_now_ms();
+    job->state = status == STATUS_OK ? JOB_DONE : JOB_FAILED;
+    farm->jobs_over++;
+    if (status != STATUS_OK)
+        fail(farm, status, &error);
+    else if (farm->job_done)
+        farm->job_done(job, farm->job_done_context);
+}
+
+static void fail_job(struct farm *farm, const struct action *action)
+{
+    struct render_job *job = farm->jobs[action->job];
+    struct error error;
+    job->state = JOB_FAILED;
+    error_set(&error, STATUS_FAILED, "%s: rows %u to %u cost %d workers their lives; giving up", job->scene_path,
+              action->first_row, action->first_row + action->rows - 1, SCHEDULER_LOSSES_MAX);
+    fail(farm, STATUS_FAILED, &error);
+}
+
+static void expel(struct farm *farm, const struct action *action)
+{
+    struct peer *peer = peer_numbered(farm, action->worker);
+    log_warning("worker %u (%s, process %u) has been silent too long; its bands go to others", peer->number, peer->host,
+                peer->pid);
+    send_to(farm, &peer->address, &(struct message){.kind = MESSAGE_GOODBYE, .epoch = peer->epoch});
+    peer->gone = true;
+    peer_finish(peer);
+}
+
+static void carry_out(struct farm *farm, const struct action *action, const uint8_t *records)
+{
+    switch (action->kind) {
+    case ACTION_ANNOUNCE:
+        announce(farm, action);
+        break;
+    case ACTION_GRANT:
+        grant(farm, action);
+        break;
+    case ACTION_ACCEPT:
+        accept_records(farm, action, records);
+        break;
+    case ACTION_ACK:
+        farm_send(farm, peer_numbered(farm, action->worker),
+                  (struct message){.kind = MESSAGE_ACK, .ack = {action->lease}});
+        break;
+    case ACTION_REVOKE:
+        peer_drop(peer_numbered(farm, action->worker), action->lease);
+        farm_send(farm, peer_numbered(farm, action->worker),
+                  (struct message){.kind = MESSAGE_REVOKE, .revoke = {action->lease}});
+        break;
+    case ACTION_END:
+        farm_send(farm, peer_numbered(farm, action->worker),
+                  (struct message){.kind = MESSAGE_END, .end = {action->job}});
+        break;
+    case ACTION_EXPEL:
+        expel(farm, action);
+        break;
+    case ACTION_DONE:
+        complete_job(farm, action);
+        break;
+    case ACTION_FAIL:
+        fail_job(farm, action);
+        break;
+    }
+}
+
+/* A peer that turns out to be lost while actions are carried out leads to another event, and so to a nested call. */
+void farm_tell(struct farm *farm, const struct event *event, const uint8_t *records)
+{
+    struct action_list actions = {0};
+    if (farm->ending)
+        return;
+    scheduler_handle(farm->scheduler, event, clock_now_ms(), &actions);
+    for (size_t i = 0; i < actions.count; i++)
+        carry_out(farm, &actions.items[i], records);
+    free(actions.items);
+}
+
+/* --- joining ------------------------------------------------------------------------------------------------------------ */
+
+static void refuse(struct farm *farm, const struct wire_peer *address, const struct message *hello, const char *reason)
+{
+    struct message message = {.kind = MESSAGE_REFUSE};
+    snprintf(message.refuse.reason, sizeof message.refuse.reason, "%s", reason);
+    send_to(farm, address, &message);
+    log_warning("refused a worker on %s (process %u): %s", hello->hello.host, hello->hello.pid, reason);
+}
+
+static struct peer *find_peer(struct farm *farm, const struct wire_peer *address)
+{
+    for (size_t i = farm->peer_count; i-- > 0;)
+        if (!farm->peers[i].gone && wire_peer_equal(&farm->peers[i].address, address))
+            return &farm->peers[i];
+    return NULL;
+}
+
+static struct peer *add_peer(struct farm *farm, const struct wire_peer *address, const struct message *hello)
+{
+    farm->peers = memory_grow(farm->peers, &farm->peer_capacity, farm->peer_count + 1, sizeof *farm->peers);
+    struct peer *peer = &farm->peers[farm->peer_count++];
+    *peer = (struct peer){.number = (uint32_t)farm->peer_count, .address = *address, .pid = hello->hello.pid,
+                          .threads = hello->hello.threads, .rate_from_ms = clock_now_ms()};
+    randombytes_buf(&peer->epoch, sizeof peer->epoch);
+    memcpy(peer->host, hello->hello.host, sizeof peer->host);
+    memcpy(peer->kernel, hello->hello.kernel, sizeof peer->kernel);
+    return peer;
+}
+
+static void take_hello(struct farm *farm, const struct wire_peer *address, const struct message *hello)
+{
+    struct peer *known = find_peer(farm, address);
+    if (known) { /* it asked again before it heard the answer */
+        farm_send(farm, known, (struct message){.kind = MESSAGE_WELCOME});
+        return;
+    }
+    if (!digest_equal(&hello->hello.core_revision, &farm->core_revision)) {
+        refuse(farm, address, hello, "its tracing core was built from other sources than the coordinator's");
+        return;
+    }
+    if (!digest_equal(&hello->hello.proof, &farm->proof)) {
+        refuse(farm, address, hello, "it computes other bytes than the coordinator (its proof picture differs)");
+        return;
+    }
+    struct peer *peer = add_peer(farm, address, hello);
+    uint32_t number = peer->number;
+    log_info("worker %u joined: %s, process %u, %u threads, kernel %s", number, peer->host, peer->pid, peer->threads,
+             peer->kernel);
+    farm_send(farm, peer, (struct message){.kind = MESSAGE_WELCOME});
+    farm_tell(farm, &(struct event){.kind = EVENT_JOIN, .worker = number, .threads = hello->hello.threads,
+                                    .credit = hello->hello.credit}, NULL);
+}
+
+/* --- answering ------------------------------------------------------------------------------------------------------------ */
+
+static void take_need(struct farm *farm, struct peer *peer, const struct message *message)
+{
+    const struct bytes *asset = NULL;
+    for (size_t i = 0; i < farm->job_count && !asset; i++)
+        if (farm->jobs[i]->state == JOB_WAITING || farm->jobs[i]->state == JOB_RUNNING)
+            asset = render_job_find(farm->jobs[i], &message->need.digest);
+    if (!asset || message->need.offset > asset->size)
+        return; /* of a job that has ended */
+    uint64_t left = asset->size - message->need.offset;
+    farm_send(farm, peer, (struct message){.kind = MESSAGE_ASSET, .asset = {
+        .digest = message->need.digest, .offset = message->need.offset, .total = asset->size,
+        .data = asset->data + message->need.offset,
+        .size = (uint32_t)(left < MESSAGE_CHUNK_MAX ? left : MESSAGE_CHUNK_MAX)}});
+}
+
+static void take_failure(struct farm *farm, struct peer *peer, const struct message *message)
+{
+    log_warning("worker %u (%s) cannot work on job %" PRIu32 ": %s", peer->number, peer->host, message->failed.job,
+                message->failed.reason);
+    farm_send(farm, peer, (struct message){.kind = MESSAGE_GOODBYE});
+    farm_lose_peer(farm, peer, false);
+}
+
+static void take_result(struct farm *farm, struct peer *peer, const struct message *message)
+{
+    struct action grant;
+    if (!scheduler_lease(farm->scheduler, peer->number, message->result.lease, &grant)) {
+        peer_drop(peer, message->result.lease); /* revoked meanwhile */
+        return;
+    }
+    uint64_t total = (uint64_t)grant.rows * assembly_record_bytes(farm->jobs[grant.job]->assembly);
+    struct bytes records = {0};
+    bool fits, whole = peer_take_chunk(peer, message, total, &records, &fits);
+    if (!fits) {
+        log_warning("worker %u (%s) sent a result that does not fit its band", peer->number, peer->host);
+        farm_lose_peer(farm, peer, true);
+    }
+    if (!whole)
+        return;
+    peer->bands_done++;
+    peer->rows_done += grant.rows;
+    farm_tell(farm, &(struct event){.kind = EVENT_RESULT, .worker = peer->number, .lease = message->result.lease},
+              records.data);
+    bytes_finish(&records);
+}
+
+static void take_peer_message(struct farm *farm, struct peer *peer, const struct message *message)
+{
+    switch (message->kind) {
+    case MESSAGE_NEED:
+        take_need(farm, peer, message);
+        break;
+    case MESSAGE_READY:
+        farm_tell(farm, &(struct event){.kind = EVENT_READY, .worker = peer->number, .job = message->ready.job}, NULL);
+        break;
+    case MESSAGE_FAILED:
+        take_failure(farm, peer, message);
+        break;
+    case MESSAGE_RESULT:
+        take_result(farm, peer, message);
+        break;
+    case MESSAGE_BEAT:
+        peer_take_beat(peer, message->beat.rays, clock_now_ms());
+        farm_tell(farm, &(struct event){.kind = EVENT_BEAT, .worker = peer->number}, NULL);
+        break;
+    case MESSAGE_DRAIN:
+        peer->draining = true;
+        farm_tell(farm, &(struct event){.kind = EVENT_DRAIN, .worker = peer->number}, NULL);
+        break;
+    case MESSAGE_GOODBYE:
+        log_info("worker %u (%s) said goodbye", peer->number, peer->host);
+        farm_lose_peer(farm, peer, false);
+        break;
+    default:
+        break; /* what a worker has no business sending */
+    }
+}
+
+void farm_take_messages(struct farm *farm)
+{
+    struct bytes data = {0};
+    struct wire_peer address;
+    while (farm->status == STATUS_OK && wire_server_receive(farm->server, &address, &data)) {
+        struct message message;
+        struct error error;
+        if (message_decode(&message, data.data, data.size, &error) != STATUS_OK) {
+            log_warning("ignored a message: %s", error.text);
+            continue;
+        }
+        struct peer *peer = find_peer(farm, &address);
+        if (message.kind == MESSAGE_HELLO && !farm->ending)
+            take_hello(farm, &address, &message);
+        else if (peer && message.epoch == peer->epoch)
+            take_peer_message(farm, peer, &message);
+    }
+    bytes_finish(&data);
+}

@@ -1,0 +1,94 @@
+#include <stdlib.h>
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "coordinator/farm_private.h"
+
+static enum worker_state state_of(const struct farm *farm, const struct peer *peer, uint32_t *held)
+{
+    *held = peer->gone ? 0 : (uint32_t)scheduler_held(farm->scheduler, peer->number);
+    if (peer->gone)
+        return WORKER_GONE;
+    if (peer->draining)
+        return WORKER_DRAINING;
+    if (*held > 0)
+        return WORKER_WORKING;
+    return peer->bands_done > 0 ? WORKER_IDLE : WORKER_LOADING;
+}
+
+static struct worker_snapshot show_peer(const struct farm *farm, const struct peer *peer)
+{
+    struct worker_snapshot view = {
+        .number = peer->number,
+        .host = peer->host,
+        .kernel = peer->kernel,
+        .pid = peer->pid,
+        .threads = peer->threads,
+        .bands_done = peer->bands_done,
+        .rows_done = peer->rows_done,
+        .rays = peer->rays,
+        .rays_per_second = peer->gone ? 0 : peer->rays_per_second,
+    };
+    view.state = state_of(farm, peer, &view.bands_held);
+    return view;
+}
+
+static uint64_t rays_of(const struct row_figures *figures)
+{
+    return figures->samples + figures->secondary_rays + figures->shadow_rays;
+}
+
+static struct job_snapshot show_job(const struct farm *farm, size_t index, int64_t now_ms)
+{
+    const struct render_job *job = farm->jobs[index];
+    struct job_snapshot view = {
+        .scene = job->scene_path,
+        .output = job->output_path,
+        .state = job->state,
+        .width = job->settings.width,
+        .height = job->settings.height,
+        .samples = job->settings.samples,
+        .rows_done = job->rows_done,
+        .rows_in_work = scheduler_rows_leased(farm->scheduler, (uint32_t)index),
+        .rays = rays_of(&job->figures),
+        .remaining_seconds = -1,
+    };
+    if (job->state == JOB_WAITING)
+        return view;
+    view.elapsed_seconds = (double)((job->ended_ms ? job->ended_ms : now_ms) - job->started_ms) / 1000;
+    if (job->state == JOB_DONE)
+        view.remaining_seconds = 0;
+    else if (job->rows_done > 0)
+        view.remaining_seconds = view.elapsed_seconds * (view.height - view.rows_done) / view.rows_done;
+    return view;
+}
+
+void farm_show(struct farm *farm, bool last)
+{
+    int64_t now_ms = clock_now_ms();
+    if (!farm->progress || (!last && progress_wait_ms(farm->progress, now_ms) > 0))
+        return;
+    struct job_snapshot *jobs = memory_array(farm->job_count, sizeof *jobs);
+    struct worker_snapshot *workers = memory_array(farm->peer_count, sizeof *workers);
+    struct snapshot snapshot = {
+        .elapsed_seconds = (double)(now_ms - farm->started_ms) / 1000,
+        .job_count = farm->job_count,
+        .worker_count = farm->peer_count,
+        .jobs = jobs,
+        .workers = workers,
+    };
+    for (size_t i = 0; i < farm->job_count; i++) {
+        jobs[i] = show_job(farm, i, now_ms);
+        snapshot.rays += jobs[i].rays;
+    }
+    for (size_t i = 0; i < farm->peer_count; i++) {
+        workers[i] = show_peer(farm, &farm->peers[i]);
+        snapshot.rays_per_second += workers[i].rays_per_second;
+    }
+    if (last)
+        progress_finish(farm->progress, &snapshot, now_ms);
+    else
+        progress_update(farm->progress, &snapshot, now_ms);
+    free(jobs);
+    free(workers);
+}

@@ -1,0 +1,71 @@
+#include "coordinator/peer.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+
+enum { RATE_SPAN_MS = 2000 };
+
+void peer_finish(struct peer *peer)
+{
+    for (size_t i = 0; i < peer->incoming_count; i++)
+        bytes_finish(&peer->incoming[i].records);
+    free(peer->incoming);
+    peer->incoming = NULL;
+    peer->incoming_count = peer->incoming_capacity = 0;
+}
+
+static struct incoming *find_incoming(struct peer *peer, uint64_t lease)
+{
+    for (size_t i = 0; i < peer->incoming_count; i++)
+        if (peer->incoming[i].lease == lease)
+            return &peer->incoming[i];
+    return NULL;
+}
+
+static struct incoming *add_incoming(struct peer *peer, uint64_t lease)
+{
+    peer->incoming = memory_grow(peer->incoming, &peer->incoming_capacity, peer->incoming_count + 1,
+                                 sizeof *peer->incoming);
+    peer->incoming[peer->incoming_count] = (struct incoming){.lease = lease};
+    return &peer->incoming[peer->incoming_count++];
+}
+
+bool peer_take_chunk(struct peer *peer, const struct message *message, uint64_t total, struct bytes *whole, bool *fits)
+{
+    struct incoming *incoming = find_incoming(peer, message->result.lease);
+    if (!incoming)
+        incoming = add_incoming(peer, message->result.lease);
+    *fits = message->result.total == total && message->result.offset == incoming->records.size &&
+            message->result.size <= total - incoming->records.size;
+    if (!*fits)
+        return false;
+    bytes_put(&incoming->records, message->result.data, message->result.size);
+    if (incoming->records.size < total)
+        return false;
+    *whole = incoming->records;
+    incoming->records = (struct bytes){0};
+    peer_drop(peer, message->result.lease);
+    return true;
+}
+
+void peer_drop(struct peer *peer, uint64_t lease)
+{
+    struct incoming *incoming = find_incoming(peer, lease);
+    if (!incoming)
+        return;
+    bytes_finish(&incoming->records);
+    *incoming = peer->incoming[--peer->incoming_count];
+}
+
+void peer_take_beat(struct peer *peer, uint64_t rays, int64_t now_ms)
+{
+    peer->rays = rays;
+    if (peer->beaten && now_ms - peer->rate_from_ms < RATE_SPAN_MS)
+        return;
+    if (peer->beaten && rays >= peer->rate_from_rays)
+        peer->rays_per_second = (double)(rays - peer->rate_from_rays) * 1000 / (double)(now_ms - peer->rate_from_ms);
+    peer->beaten = true;
+    peer->rate_from_ms = now_ms;
+    peer->rate_from_rays = rays;
+}

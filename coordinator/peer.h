@@ -1,0 +1,55 @@
+/*
+ * A worker as the coordinator knows it: its connection, what it said of itself, and what it is sending.
+ */
+#ifndef WEFT_COORDINATOR_PEER_H
+#define WEFT_COORDINATOR_PEER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/bytes.h"
+#include "coordinator/snapshot.h"
+#include "wire/message.h"
+#include "wire/socket.h"
+
+/* A result that has come in part. */
+struct incoming {
+    uint64_t lease;
+    struct bytes records;
+};
+
+struct peer {
+    uint32_t number; /* from 1, in the order of joining; the scheduler's worker number */
+    struct wire_peer address;
+    uint64_t epoch;
+    char host[MESSAGE_HOST_BYTES];
+    char kernel[MESSAGE_KERNEL_BYTES];
+    uint32_t pid, threads;
+    bool gone;      /* kept for the record */
+    bool draining;
+    struct incoming *incoming;
+    size_t incoming_count, incoming_capacity;
+    uint32_t bands_done;
+    uint64_t rows_done;
+    uint64_t rays;          /* as it said in its last beat */
+    bool beaten;            /* it has sent a beat */
+    int64_t rate_from_ms;   /* start of the span over which the rate is measured */
+    uint64_t rate_from_rays;
+    double rays_per_second;
+};
+
+/* Frees what the peer holds. */
+void peer_finish(struct peer *peer);
+
+/* Takes a chunk of a result of `total` bytes. True once it is complete: the whole is moved into *whole, which the caller
+ * frees. *fits becomes false if the chunk does not continue what came before. */
+bool peer_take_chunk(struct peer *peer, const struct message *result, uint64_t total, struct bytes *whole, bool *fits);
+
+/* Forgets what has come under that lease. */
+void peer_drop(struct peer *peer, uint64_t lease);
+
+/* Takes the rays that a beat tells, for the rate. They count from the worker's start, which may be long before it joined,
+ * so the first beat only begins a span. */
+void peer_take_beat(struct peer *peer, uint64_t rays, int64_t now_ms);
+
+#endif

@@ -1,0 +1,345 @@
+#include "coordinator/progress_views.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "coordinator/text.h"
+
+/* --- figures ------------------------------------------------------------------------------------------ */
+
+enum { FIGURE_BYTES = 32 };
+
+/* Whole seconds, rounded down or up; nonsense becomes 0, and no time is longer than 30 years. */
+static uint64_t whole_seconds(double seconds, bool up)
+{
+    if (!(seconds > 0))
+        return 0;
+    return (uint64_t)(up ? ceil(fmin(seconds, 1e9)) : floor(fmin(seconds, 1e9)));
+}
+
+/* 0:05, 12:34, 1:02:03. */
+static void format_clock(char text[FIGURE_BYTES], uint64_t seconds)
+{
+    unsigned second = (unsigned)(seconds % 60), minute = (unsigned)(seconds / 60 % 60);
+    if (seconds < 3600)
+        snprintf(text, FIGURE_BYTES, "%u:%02u", minute, second);
+    else
+        snprintf(text, FIGURE_BYTES, "%" PRIu64 ":%02u:%02u", seconds / 3600, minute, second);
+}
+
+/* For prose: "12 s" below a minute, else as on a clock. */
+static void format_duration(char text[FIGURE_BYTES], uint64_t seconds)
+{
+    if (seconds < 60)
+        snprintf(text, FIGURE_BYTES, "%" PRIu64 " s", seconds);
+    else
+        format_clock(text, seconds);
+}
+
+/* A count with at most three digits before its unit prefix, such as 950, 3.1 M, 12.3 M or 123 M. The limits are
+ * where printing with that many digits would round up to one digit more. */
+static void format_count(char text[FIGURE_BYTES], double count)
+{
+    static const char prefixes[] = "kMGTPE";
+    int prefix = -1;
+    count = isfinite(count) && count > 0 ? count : 0;
+    while (count >= 999.5 && prefixes[prefix + 1]) {
+        count /= 1000;
+        prefix++;
+    }
+    if (prefix < 0)
+        snprintf(text, FIGURE_BYTES, "%.0f", count);
+    else
+        snprintf(text, FIGURE_BYTES, "%.*f %c", count < 99.95 ? 1 : 0, fmin(count, 999), prefixes[prefix]);
+}
+
+/* Rounded down, and 100 only for a job that is done: its last row may be there while its file is not. */
+static unsigned percent_of(const struct job_snapshot *job)
+{
+    if (job->state == JOB_DONE)
+        return 100;
+    uint64_t percent = job->height ? UINT64_C(100) * job->rows_done / job->height : 0;
+    return percent < 99 ? (unsigned)percent : 99;
+}
+
+/* --- the job that is under way ------------------------------------------------------------------------ */
+
+/* The first that has not ended, else the last. */
+static size_t current_job(const struct snapshot *snapshot)
+{
+    for (size_t i = 0; i < snapshot->job_count; i++) {
+        if (snapshot->jobs[i].state == JOB_RUNNING || snapshot->jobs[i].state == JOB_WAITING)
+            return i;
+    }
+    return snapshot->job_count - 1;
+}
+
+static const char *file_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash && slash[1] ? slash + 1 : path;
+}
+
+/* Appends `line` to the block, cut to fewer columns than the terminal has: a full line would wrap. */
+static void put_line(struct bytes *text, struct bytes *line, size_t columns)
+{
+    text_put_cut(text, (const char *)line->data, columns - 1);
+    text_put(text, "\n");
+    bytes_finish(line);
+}
+
+/* Two names in `room` columns. One that needs less than half leaves the rest to the other. */
+static void put_names(struct bytes *line, const char *scene, const char *output, size_t room)
+{
+    static const char arrow[] = " → ";
+    size_t both = room > text_columns(arrow) ? room - text_columns(arrow) : 0;
+    size_t output_columns = text_columns(output);
+    size_t scene_room = output_columns < both / 2 ? both - output_columns : both - both / 2;
+    size_t used = text_put_cut(line, scene, scene_room);
+    text_put(line, "%s", arrow);
+    text_put_cut(line, output, both - used);
+}
+
+static void put_title(struct bytes *text, const struct snapshot *snapshot, size_t columns)
+{
+    size_t index = current_job(snapshot);
+    const struct job_snapshot *job = &snapshot->jobs[index];
+    struct bytes line = {0};
+    if (snapshot->job_count > 1)
+        text_put(&line, "%zu of %zu  ", index + 1, snapshot->job_count);
+    size_t used = line.size;
+    put_names(&line, file_name(job->scene), job->output, columns - 1 > used ? columns - 1 - used : 0);
+    if (job->width && job->samples) {
+        text_put(&line, "  %" PRIu32 " × %" PRIu32 ", %" PRIu32 " sample%s", job->width, job->height,
+                 job->samples, job->samples == 1 ? "" : "s");
+    }
+    put_line(text, &line, columns);
+}
+
+/* The first `count` of the figures beside the bar, the most telling first. */
+static void put_bar_figures(struct bytes *to, const struct snapshot *snapshot, size_t count)
+{
+    const struct job_snapshot *job = &snapshot->jobs[current_job(snapshot)];
+    char figure[FIGURE_BYTES];
+    bool waiting = job->state == JOB_WAITING;
+    text_put(to, "%3u %%", percent_of(job));
+    if (count > 1) {
+        format_clock(figure, whole_seconds(waiting ? snapshot->elapsed_seconds : job->elapsed_seconds, false));
+        text_put(to, "  %5s", figure);
+    }
+    if (count > 2 && job->state == JOB_RUNNING && job->remaining_seconds >= 0) {
+        format_clock(figure, whole_seconds(job->remaining_seconds, true));
+        text_put(to, "  %5s left", figure);
+    } else if (count > 2) {
+        static const char *const instead[] = {"waiting", "", "done", "failed"};
+        text_put(to, "  %10s", instead[job->state]);
+    }
+    if (count > 3) {
+        format_count(figure, snapshot->rays_per_second);
+        text_put(to, "  %6s rays/s", figure);
+    }
+}
+
+/* How many of `cells` stand for `rows` of the job's rows. */
+static size_t cells_of(const struct job_snapshot *job, uint64_t rows, size_t cells)
+{
+    rows = rows < job->height ? rows : job->height;
+    return job->height ? (size_t)(cells * rows / job->height) : 0;
+}
+
+static void put_cells(struct bytes *to, const struct job_snapshot *job, size_t cells)
+{
+    size_t done = job->state == JOB_DONE ? cells : cells_of(job, job->rows_done, cells);
+    size_t reached = cells_of(job, (uint64_t)job->rows_done + job->rows_in_work, cells);
+    for (size_t i = 0; i < cells; i++)
+        text_put(to, "%s", i < done ? "█" : i < reached ? "▒" : "░");
+}
+
+/* A bar and as many of the figures as leave it a fair width. */
+static void put_bar(struct bytes *text, const struct snapshot *snapshot, size_t columns)
+{
+    enum { FIGURES = 4, BAR_MIN = 8, GAP = 1 };
+    struct bytes line = {0}, figures = {0};
+    size_t used = 0;
+    for (size_t count = FIGURES; count; count--) {
+        figures.size = 0;
+        put_bar_figures(&figures, snapshot, count);
+        used = text_columns((const char *)figures.data) + GAP;
+        if (used + BAR_MIN < columns)
+            break;
+    }
+    if (used + 1 < columns) {
+        put_cells(&line, &snapshot->jobs[current_job(snapshot)], columns - 1 - used);
+        text_put(&line, " ");
+    }
+    text_put(&line, "%s", (const char *)figures.data);
+    bytes_finish(&figures);
+    put_line(text, &line, columns);
+}
+
+/* --- the workers -------------------------------------------------------------------------------------- */
+
+const char *progress_worker_state(enum worker_state state)
+{
+    static const char *const names[] = {[WORKER_LOADING] = "loading",
+                                        [WORKER_WORKING] = "working",
+                                        [WORKER_IDLE] = "idle",
+                                        [WORKER_DRAINING] = "draining",
+                                        [WORKER_GONE] = "gone"};
+    return names[state];
+}
+
+static size_t present_workers(const struct snapshot *snapshot)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < snapshot->worker_count; i++)
+        count += snapshot->workers[i].state != WORKER_GONE;
+    return count;
+}
+
+/* The table's optional columns; each stands in the table only if all before it do. */
+enum worker_column { WORKER_RATE = 1, WORKER_BANDS, WORKER_THREADS, WORKER_KERNEL };
+
+struct worker_table {
+    size_t host_columns, kernel_columns;
+    enum worker_column last; /* 0: none */
+};
+
+static size_t smaller(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Columns of a worker's line without its host, as put_worker prints it. */
+static size_t fixed_columns(const struct worker_table *table, enum worker_column last)
+{
+    size_t number = 5, rate = 15, bands = 12, threads = 13, state = 10;
+    return number + state + (last >= WORKER_RATE ? rate : 0) + (last >= WORKER_BANDS ? bands : 0) +
+           (last >= WORKER_THREADS ? threads : 0) + (last >= WORKER_KERNEL ? 2 + table->kernel_columns : 0);
+}
+
+/* Columns as wide as their contents within limits; of the optional ones as many as leave the host readable. */
+static struct worker_table table_layout(const struct snapshot *snapshot, size_t columns)
+{
+    enum { HOST_MAX = 32, HOST_READABLE = 12, KERNEL_MAX = 8 };
+    struct worker_table table = {.last = WORKER_KERNEL};
+    for (size_t i = 0; i < snapshot->worker_count; i++) {
+        size_t host = smaller(text_columns(snapshot->workers[i].host), HOST_MAX);
+        size_t kernel = smaller(text_columns(snapshot->workers[i].kernel), KERNEL_MAX);
+        table.host_columns = host > table.host_columns ? host : table.host_columns;
+        table.kernel_columns = kernel > table.kernel_columns ? kernel : table.kernel_columns;
+    }
+    size_t readable = smaller(table.host_columns, HOST_READABLE);
+    while (table.last && fixed_columns(&table, table.last) + readable >= columns)
+        table.last--;
+    size_t fixed = fixed_columns(&table, table.last);
+    table.host_columns = smaller(table.host_columns, columns > fixed + 1 ? columns - 1 - fixed : 1);
+    return table;
+}
+
+static void put_padded(struct bytes *to, const char *text, size_t columns)
+{
+    size_t used = text_put_cut(to, text, columns);
+    text_put(to, "%*s", (int)(columns - used), "");
+}
+
+static void put_worker(struct bytes *text, const struct worker_snapshot *worker,
+                       const struct worker_table *table, size_t columns)
+{
+    struct bytes line = {0};
+    text_put(&line, "%3" PRIu32 "  ", worker->number);
+    put_padded(&line, worker->host, table->host_columns);
+    if (table->last >= WORKER_THREADS)
+        text_put(&line, "  %3" PRIu32 " %-7s", worker->threads, worker->threads == 1 ? "thread" : "threads");
+    if (table->last >= WORKER_KERNEL) {
+        text_put(&line, "  ");
+        put_padded(&line, worker->kernel, table->kernel_columns);
+    }
+    if (table->last >= WORKER_BANDS)
+        text_put(&line, "  %4" PRIu32 " %-5s", worker->bands_done, worker->bands_done == 1 ? "band" : "bands");
+    if (table->last >= WORKER_RATE) {
+        char rate[FIGURE_BYTES];
+        format_count(rate, worker->rays_per_second);
+        text_put(&line, "  %6s rays/s", rate);
+    }
+    text_put(&line, "  %s", progress_worker_state(worker->state));
+    put_line(text, &line, columns);
+}
+
+static void put_no_worker(struct bytes *text, size_t columns)
+{
+    struct bytes line = {0};
+    text_put(&line, "no worker yet");
+    put_line(text, &line, columns);
+}
+
+static void put_not_listed(struct bytes *text, size_t present, size_t gone, size_t columns)
+{
+    struct bytes line = {0};
+    text_put(&line, "… and %zu more", present);
+    if (gone)
+        text_put(&line, ", %zu gone", gone);
+    put_line(text, &line, columns);
+}
+
+/* In at most `lines`. Where they cannot all be listed, those that are gone are not. */
+static void put_workers(struct bytes *text, const struct snapshot *snapshot, size_t columns, size_t lines)
+{
+    size_t count = snapshot->worker_count, present = present_workers(snapshot);
+    struct worker_table table = table_layout(snapshot, columns);
+    bool all = count <= lines;
+    size_t listed = 0, most = all ? lines : lines - 1;
+    for (size_t i = 0; i < count && listed < most; i++) {
+        if (!all && snapshot->workers[i].state == WORKER_GONE)
+            continue;
+        put_worker(text, &snapshot->workers[i], &table, columns);
+        listed++;
+    }
+    if (!all)
+        put_not_listed(text, present - listed, count - present, columns);
+}
+
+void progress_block(struct bytes *text, const struct snapshot *snapshot, size_t columns, size_t rows)
+{
+    enum { KEPT_FREE = 2 }; /* rows above and below the block */
+    size_t lines = rows > KEPT_FREE ? rows - KEPT_FREE : 0;
+    text_put(text, "%s", "");
+    if (snapshot->job_count == 0 || columns < 2 || lines == 0)
+        return;
+    if (lines > 1)
+        put_title(text, snapshot, columns);
+    put_bar(text, snapshot, columns);
+    if (lines > 2 && snapshot->worker_count > 0)
+        put_workers(text, snapshot, columns, lines - 2);
+    else if (lines > 2)
+        put_no_worker(text, columns);
+}
+
+/* --- the plain line ----------------------------------------------------------------------------------- */
+
+void progress_line(struct bytes *text, const struct snapshot *snapshot)
+{
+    text_put(text, "%s", "");
+    if (snapshot->job_count == 0)
+        return;
+    enum { NAME_COLUMNS = 120 };
+    size_t index = current_job(snapshot), workers = present_workers(snapshot);
+    const struct job_snapshot *job = &snapshot->jobs[index];
+    double elapsed = job->state == JOB_WAITING ? snapshot->elapsed_seconds : job->elapsed_seconds;
+    char figure[FIGURE_BYTES];
+    text_put(text, "weft: ");
+    text_put_cut(text, file_name(job->scene), NAME_COLUMNS);
+    if (snapshot->job_count > 1)
+        text_put(text, " (%zu of %zu)", index + 1, snapshot->job_count);
+    format_duration(figure, whole_seconds(elapsed, false));
+    text_put(text, ": %u %%, %s elapsed", percent_of(job), figure);
+    if (job->state == JOB_RUNNING && job->remaining_seconds >= 0) {
+        format_duration(figure, whole_seconds(job->remaining_seconds, true));
+        text_put(text, ", %s left", figure);
+    }
+    format_count(figure, snapshot->rays_per_second);
+    text_put(text, ", %s rays/s, %zu worker%s\n", figure, workers, workers == 1 ? "" : "s");
+}

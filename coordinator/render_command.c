@@ -1,0 +1,308 @@
+/* weft render */
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/cpu.h"
+#include "base/log.h"
+#include "base/memory.h"
+#include "base/options.h"
+#include "coordinator/commands.h"
+#include "coordinator/farm.h"
+#include "trace/kernel.h"
+#include "wire/socket.h"
+
+enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_BAND, OPTION_KERNEL, OPTION_PROGRESS, OPTION_INSECURE, OPTION_HELP };
+
+static const struct option_spec options[] = {
+    {'o', "output", "OUT", "file (.png, .pfm), or with several scenes a folder"},
+    {OPTION_BITS, "bits", "8|16", "bits a channel of a PNG (default 8)"},
+    {'s', "size", "WxH", "image size in pixels (default: the scene's)"},
+    {OPTION_SAMPLES, "samples", "N", "samples a pixel (default: the scene's, else 4)"},
+    {'w', "workers", "N", "local worker processes (default 1; 0: only remote ones)"},
+    {'t', "threads", "N", "render threads of the local workers together (default: all cores)"},
+    {'l', "listen", "ENDPOINT", "also take workers from elsewhere, e.g. tcp://127.0.0.1:7420"},
+    {OPTION_INSECURE, "insecure", NULL, "listen beyond this machine without keys"},
+    {OPTION_BAND, "band", "ROWS", "rows handed out at a time (default: chosen)"},
+    {OPTION_KERNEL, "kernel", "NAME", "force the local workers' kernel: ref"},
+    {OPTION_PROGRESS, "progress", "MODE", "auto, bar, json or none (default auto)"},
+    {'q', "quiet", NULL, "say only what is wrong"},
+    {'v', "verbose", NULL, "say more"},
+    {OPTION_HELP, "help", NULL, "print this and exit"},
+    {0},
+};
+
+struct arguments {
+    const char *output, *kernel;
+    struct render_choices choices;
+    int64_t workers, threads, band;
+    char listen[WIRE_ENDPOINT_BYTES]; /* "": no */
+    bool insecure, quiet, verbose;
+    const char *progress;
+};
+
+static void print_help(void)
+{
+    puts("usage: weft render [OPTION]... SCENE...\n"
+         "Renders each scene into a picture. Starts local workers by itself; with --listen, workers on other machines\n"
+         "join by `weft-worker ENDPOINT`. The bytes are the same whoever renders them.\n");
+    options_help(stdout, options);
+    puts("\nExit status: 0 done; 1 the render failed; 2 wrong usage; 3 bad scene or asset; 4 output could not be\n"
+         "written; 5 out of memory or an internal failure; 130, 143 interrupted.");
+}
+
+static enum status take_integer(const char *name, const char *text, int64_t min, int64_t max, uint32_t *value,
+                                struct error *error)
+{
+    int64_t number;
+    enum status status = options_integer(name, text, min, max, &number, error);
+    if (status == STATUS_OK)
+        *value = (uint32_t)number;
+    return status;
+}
+
+static enum status take_size(const char *text, struct render_choices *choices, struct error *error)
+{
+    int64_t width, height;
+    enum status status = options_size("--size", text, 1, IMAGE_SIDE_MAX, &width, &height, error);
+    if (status == STATUS_OK) {
+        choices->width = (uint32_t)width;
+        choices->height = (uint32_t)height;
+    }
+    return status;
+}
+
+static enum status take_bits(const char *text, struct render_choices *choices, struct error *error)
+{
+    choices->bits = strcmp(text, "16") == 0 ? 16 : 8;
+    if (strcmp(text, "8") == 0 || strcmp(text, "16") == 0)
+        return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "--bits: expected 8 or 16, found \"%s\"", text);
+}
+
+static enum status take_choice(struct arguments *a, int key, const char *argument, struct error *error)
+{
+    switch (key) {
+    case OPTION_BITS:
+        return take_bits(argument, &a->choices, error);
+    case OPTION_SAMPLES:
+        return take_integer("--samples", argument, 1, SCENE_SAMPLES_MAX, &a->choices.samples, error);
+    case 's':
+        return take_size(argument, &a->choices, error);
+    case 'w':
+        return options_integer("--workers", argument, 0, 1024, &a->workers, error);
+    case 't':
+        return options_integer("--threads", argument, 1, 4096, &a->threads, error);
+    case OPTION_BAND:
+        return options_integer("--band", argument, 1, IMAGE_SIDE_MAX, &a->band, error);
+    case 'l':
+        return wire_endpoint_parse(argument, a->listen, error);
+    case OPTION_KERNEL:
+        a->kernel = argument;
+        if (kernel_find(argument))
+            return STATUS_OK;
+        return error_set(error, STATUS_USAGE, "--kernel: expected a kernel that this machine can run, found \"%s\"",
+                         argument);
+    default:
+        return STATUS_OK;
+    }
+}
+
+static enum status handle_option(void *context, int key, const char *argument, struct error *error)
+{
+    struct arguments *a = context;
+    switch (key) {
+    case 'o':
+        a->output = argument;
+        break;
+    case OPTION_PROGRESS:
+        a->progress = argument;
+        break;
+    case OPTION_INSECURE:
+        a->insecure = true;
+        break;
+    case 'q':
+        a->quiet = true;
+        break;
+    case 'v':
+        a->verbose = true;
+        break;
+    case OPTION_HELP:
+        print_help();
+        exit(STATUS_OK);
+    default:
+        return take_choice(a, key, argument, error);
+    }
+    return STATUS_OK;
+}
+
+static enum status check_arguments(const struct arguments *a, int scenes, struct error *error)
+{
+    static const char *const modes[] = {"auto", "bar", "json", "none"};
+    size_t mode = 0;
+    while (mode < 4 && strcmp(a->progress, modes[mode]) != 0)
+        mode++;
+    if (mode == 4)
+        return error_set(error, STATUS_USAGE, "--progress: expected auto, bar, json or none, found \"%s\"", a->progress);
+    if (scenes == 0)
+        return error_set(error, STATUS_USAGE, "expected a scene; see weft render --help");
+    if (a->workers == 0 && !a->listen[0])
+        return error_set(error, STATUS_USAGE, "--workers 0 needs --listen: otherwise nobody would render");
+    if (a->listen[0] && !a->insecure && !wire_endpoint_is_local(a->listen))
+        return error_set(error, STATUS_USAGE,
+                         "--listen: %s can be reached from other machines, and anyone there could join; say --insecure if "
+                         "that is meant",
+                         a->listen);
+    return STATUS_OK;
+}
+
+/* --- outputs ------------------------------------------------------------------------------------------------------------ */
+
+/* The scene's file name without folder and ending. The caller frees. */
+static char *stem_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    char *stem = memory_string(slash ? slash + 1 : path);
+    char *dot = strrchr(stem, '.');
+    if (dot && dot != stem)
+        *dot = '\0';
+    return stem;
+}
+
+/* Where scene's picture goes: the caller frees. */
+static char *output_of(const struct arguments *a, const char *scene, bool several)
+{
+    if (a->output && !several)
+        return memory_string(a->output);
+    char *stem = stem_of(scene);
+    char *path = a->output ? memory_format("%s/%s.png", a->output, stem) : memory_format("%s.png", stem);
+    free(stem);
+    return path;
+}
+
+static enum status make_folder(const char *folder, struct error *error)
+{
+    struct stat info;
+    if (mkdir(folder, 0777) == 0 || (errno == EEXIST && stat(folder, &info) == 0 && S_ISDIR(info.st_mode)))
+        return STATUS_OK;
+    return error_set(error, STATUS_OUTPUT, "%s: expected a folder for the pictures: %s", folder,
+                     errno == EEXIST ? "it is a file" : strerror(errno));
+}
+
+/* Two scenes of one command must not write the same file. */
+static enum status check_distinct(const struct render_job *jobs, int count, struct error *error)
+{
+    for (int i = 0; i + 1 < count; i++)
+        if (strcmp(jobs[i].output_path, jobs[count - 1].output_path) == 0)
+            return error_set(error, STATUS_USAGE, "%s and %s would both be written to %s", jobs[i].scene_path,
+                             jobs[count - 1].scene_path, jobs[i].output_path);
+    return STATUS_OK;
+}
+
+static enum status open_jobs(const struct arguments *a, char **scenes, int count, struct render_job *jobs,
+                             struct error *error)
+{
+    enum status status = a->output && count > 1 ? make_folder(a->output, error) : STATUS_OK;
+    for (int i = 0; i < count && status == STATUS_OK; i++) {
+        char *output = output_of(a, scenes[i], count > 1);
+        status = render_job_init(&jobs[i], scenes[i], output, &a->choices, error);
+        free(output);
+        if (status == STATUS_OK)
+            status = check_distinct(jobs, i + 1, error);
+    }
+    return status;
+}
+
+/* --- rendering ------------------------------------------------------------------------------------------------------------ */
+
+/* "12.3 M" and the like. */
+static void format_count(char text[16], double count)
+{
+    static const char *const units[] = {"", " k", " M", " G", " T"};
+    size_t unit = 0;
+    while (count >= 999.5 && unit < 4) {
+        count /= 1000;
+        unit++;
+    }
+    snprintf(text, 16, unit && count < 99.95 ? "%.1f%s" : "%.0f%s", count, units[unit]);
+}
+
+static void say_done(const struct render_job *job, void *context)
+{
+    const struct arguments *a = context;
+    if (a->quiet || strcmp(a->progress, "json") == 0)
+        return;
+    double seconds = (double)(job->ended_ms - job->started_ms) / 1000;
+    double rays = (double)(job->figures.samples + job->figures.secondary_rays + job->figures.shadow_rays);
+    char count[16], rate[16];
+    format_count(count, rays);
+    format_count(rate, seconds > 0 ? rays / seconds : 0);
+    printf("%s: %u×%u, %u samples a pixel, %.2f s, %s rays, %s rays/s\n", job->output_path, job->settings.width,
+           job->settings.height, job->settings.samples, seconds, count, rate);
+    fflush(stdout);
+}
+
+static struct progress *make_progress(const struct arguments *a)
+{
+    if (a->quiet || strcmp(a->progress, "none") == 0)
+        return NULL;
+    if (strcmp(a->progress, "json") == 0)
+        return progress_create(PROGRESS_JSON, stdout);
+    if (strcmp(a->progress, "bar") == 0)
+        return progress_create(PROGRESS_BAR, stderr);
+    return progress_create(progress_mode_auto(stderr), stderr);
+}
+
+static enum status render(struct arguments *a, char **scenes, int count, int *interrupted, struct error *error)
+{
+    struct farm_config config = {
+        .listen = a->listen[0] ? a->listen : NULL,
+        .local_workers = (int)a->workers,
+        .local_threads = (int)a->threads,
+        .local_kernel = a->kernel,
+        .band_rows = (uint32_t)a->band,
+    };
+    enum status status;
+    struct farm *farm = farm_create(&config, &status, error);
+    if (!farm)
+        return status;
+    struct render_job *jobs = memory_array((size_t)count, sizeof *jobs);
+    status = open_jobs(a, scenes, count, jobs, error);
+    if (status == STATUS_OK) {
+        struct progress *progress = make_progress(a);
+        farm_set_progress(farm, progress);
+        for (int i = 0; i < count; i++)
+            farm_add_job(farm, &jobs[i]);
+        status = farm_run(farm, say_done, a, interrupted, error);
+        progress_destroy(&progress);
+    }
+    farm_destroy(&farm);
+    for (int i = 0; i < count; i++)
+        render_job_finish(&jobs[i]);
+    free(jobs);
+    return status;
+}
+
+int command_render(int argc, char **argv)
+{
+    struct arguments a = {.workers = 1, .threads = cpu_available(), .progress = "auto", .choices = {.bits = 8}};
+    struct error error;
+    int first = 0, interrupted = 0;
+    enum status status = options_parse(argc, argv, options, handle_option, &a, &first, &error);
+    if (status == STATUS_OK)
+        status = check_arguments(&a, argc - first, &error);
+    if (status == STATUS_OK) {
+        log_start("weft", a.quiet ? LOG_WARNING : a.verbose ? LOG_DEBUG : LOG_INFO);
+        status = render(&a, argv + first, argc - first, &interrupted, &error);
+    }
+    if (interrupted) {
+        log_error("interrupted; nothing was written of the unfinished picture");
+        return 128 + interrupted;
+    }
+    if (status != STATUS_OK)
+        log_error("%s", error.text);
+    return (int)status;
+}

@@ -1,0 +1,113 @@
+#include "coordinator/render_job.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "scene/load.h"
+#include "wire/manifest.h"
+
+static bool ends_with(const char *text, const char *ending)
+{
+    size_t length = strlen(text), tail = strlen(ending);
+    return length >= tail && strcmp(text + length - tail, ending) == 0;
+}
+
+static enum status choose_format(const char *output_path, int bits, uint8_t *format, struct error *error)
+{
+    if (ends_with(output_path, ".pfm"))
+        *format = PIXEL_LINEAR;
+    else if (ends_with(output_path, ".png"))
+        *format = bits == 16 ? PIXEL_SRGB16 : PIXEL_SRGB8;
+    else
+        return error_set(error, STATUS_USAGE, "%s: expected an output that ends with .png or .pfm", output_path);
+    return STATUS_OK;
+}
+
+static void choose_settings(struct render_job *job, const struct scene *scene, const struct render_choices *choices)
+{
+    job->settings.width = choices->width ? choices->width : scene->width;
+    job->settings.height = choices->height ? choices->height : scene->height;
+    job->settings.samples = choices->samples ? choices->samples : scene->samples;
+    if (job->settings.samples == 0)
+        job->settings.samples = RENDER_SAMPLES_DEFAULT;
+}
+
+static void make_manifest(struct render_job *job)
+{
+    struct manifest manifest = {.count = job->assets.count};
+    manifest.entries = memory_array(manifest.count, sizeof *manifest.entries);
+    for (size_t i = 0; i < manifest.count; i++) {
+        const struct asset *asset = &job->assets.assets[i];
+        strncpy(manifest.entries[i].name, asset->name, MANIFEST_NAME_BYTES - 1);
+        manifest.entries[i].digest = asset->digest;
+        manifest.entries[i].size = asset->bytes.size;
+    }
+    manifest_encode(&manifest, &job->manifest);
+    job->manifest_digest = digest_of(job->manifest.data, job->manifest.size);
+    manifest_finish(&manifest);
+}
+
+static enum status open_output(struct render_job *job, struct error *error)
+{
+    struct digest digest = asset_set_digest(&job->assets);
+    char source[DIGEST_HEX_BYTES + 16] = "sha256:";
+    digest_hex(&digest, source + strlen(source));
+    const struct image_description description = {
+        .width = job->settings.width,
+        .height = job->settings.height,
+        .format = (enum pixel_format)job->settings.pixel_format,
+        .software = "weft " WEFT_VERSION,
+        .source = source,
+    };
+    enum status status = STATUS_OK;
+    job->assembly = assembly_create(job->output_path, &description, &status, error);
+    return status;
+}
+
+static enum status prepare(struct render_job *job, const struct render_choices *choices, struct error *error)
+{
+    const char *name;
+    struct scene scene = {0};
+    enum status status = choose_format(job->output_path, choices->bits, &job->settings.pixel_format, error);
+    if (status != STATUS_OK)
+        return status;
+    asset_set_init_disk(&job->assets, job->scene_path, &name);
+    status = scene_load(&scene, name, &job->assets, error);
+    if (status != STATUS_OK)
+        return status;
+    choose_settings(job, &scene, choices);
+    scene_finish(&scene);
+    make_manifest(job);
+    return open_output(job, error);
+}
+
+enum status render_job_init(struct render_job *job, const char *scene_path, const char *output_path,
+                            const struct render_choices *choices, struct error *error)
+{
+    *job = (struct render_job){.scene_path = memory_string(scene_path), .output_path = memory_string(output_path)};
+    enum status status = prepare(job, choices, error);
+    if (status != STATUS_OK)
+        render_job_finish(job);
+    return status;
+}
+
+void render_job_finish(struct render_job *job)
+{
+    assembly_abandon(&job->assembly);
+    asset_set_finish(&job->assets);
+    bytes_finish(&job->manifest);
+    free(job->scene_path);
+    free(job->output_path);
+    *job = (struct render_job){0};
+}
+
+const struct bytes *render_job_find(const struct render_job *job, const struct digest *digest)
+{
+    if (digest_equal(&job->manifest_digest, digest))
+        return &job->manifest;
+    for (size_t i = 0; i < job->assets.count; i++)
+        if (digest_equal(&job->assets.assets[i].digest, digest))
+            return &job->assets.assets[i].bytes;
+    return NULL;
+}

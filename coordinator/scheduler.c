@@ -1,0 +1,485 @@
+#include "coordinator/scheduler.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+
+enum {
+    JOBS_AHEAD = 2,       /* unfinished jobs that workers are told of: the one in work and the one to come */
+    BAND_ROWS_MAX = 32,   /* of a band cut automatically */
+    BANDS_A_THREAD = 2,   /* into how many bands a thread's share of the remaining rows is cut */
+    BACKUP_PATIENCE = 2,  /* a band out for so many times the mean, and a little, is a straggler */
+    BACKUP_LEAST_MS = 100,
+    BACKUP_BLIND_MS = 2000, /* patience as long as nothing was answered that a band could be compared with */
+};
+
+enum band_state { BAND_WAITING, BAND_LEASED, BAND_DONE };
+
+struct band {
+    uint32_t first_row, rows;
+    enum band_state state;
+    uint32_t holders;   /* leases on it */
+    uint32_t losses;    /* leases that ended with their worker's loss */
+    int64_t granted_ms; /* its first lease since it last waited */
+};
+
+struct job {
+    uint32_t rows, next_row; /* rows from next_row on are not yet cut into bands */
+    uint32_t accepted_rows;
+    bool over;
+    struct band *bands;
+    size_t band_count, band_capacity;
+    uint32_t *waiting; /* bands to be handed out again, first in first out from waiting_at */
+    size_t waiting_at, waiting_count, waiting_capacity;
+    int64_t answered_ms; /* sum over accepted bands of the time they were out */
+    uint32_t answered;
+};
+
+struct lease {
+    uint64_t id;
+    uint32_t job, band;
+};
+
+enum readiness { READINESS_NONE, READINESS_ANNOUNCED, READINESS_READY };
+
+struct worker {
+    uint32_t number, threads, credit;
+    bool draining;
+    int64_t heard_ms;
+    struct lease *leases;
+    size_t lease_count, lease_capacity;
+    uint8_t *readiness; /* of each job */
+    size_t readiness_count;
+};
+
+struct scheduler {
+    struct scheduler_policy policy;
+    int64_t now_ms;
+    struct job *jobs;
+    size_t job_count, job_capacity, first_open_job;
+    struct worker *workers; /* those present */
+    size_t worker_count, worker_capacity;
+    uint64_t threads; /* of all present */
+    uint64_t next_lease;
+    struct action_list *actions; /* during scheduler_handle */
+};
+
+struct scheduler *scheduler_create(const struct scheduler_policy *policy)
+{
+    struct scheduler *s = memory_array(1, sizeof *s);
+    s->policy = *policy;
+    s->next_lease = 1;
+    return s;
+}
+
+static void worker_finish(struct worker *w)
+{
+    free(w->leases);
+    free(w->readiness);
+}
+
+void scheduler_destroy(struct scheduler **pointer)
+{
+    struct scheduler *s = *pointer;
+    if (!s)
+        return;
+    for (size_t i = 0; i < s->job_count; i++) {
+        free(s->jobs[i].bands);
+        free(s->jobs[i].waiting);
+    }
+    for (size_t i = 0; i < s->worker_count; i++)
+        worker_finish(&s->workers[i]);
+    free(s->jobs);
+    free(s->workers);
+    free(s);
+    *pointer = NULL;
+}
+
+/* --- looking things up ----------------------------------------------------------------------------------------- */
+
+static struct worker *find_worker(const struct scheduler *s, uint32_t number)
+{
+    for (size_t i = 0; i < s->worker_count; i++)
+        if (s->workers[i].number == number)
+            return &s->workers[i];
+    return NULL;
+}
+
+static struct lease *find_lease(struct worker *w, uint64_t id)
+{
+    for (size_t i = 0; i < w->lease_count; i++)
+        if (w->leases[i].id == id)
+            return &w->leases[i];
+    return NULL;
+}
+
+static struct band *band_of(const struct scheduler *s, const struct lease *lease)
+{
+    return &s->jobs[lease->job].bands[lease->band];
+}
+
+bool scheduler_lease(const struct scheduler *s, uint32_t worker, uint64_t id, struct action *grant)
+{
+    struct worker *w = find_worker(s, worker);
+    struct lease *lease = w ? find_lease(w, id) : NULL;
+    if (!lease)
+        return false;
+    const struct band *band = band_of(s, lease);
+    *grant = (struct action){ACTION_GRANT, worker, lease->job, band->first_row, band->rows, id};
+    return true;
+}
+
+size_t scheduler_held(const struct scheduler *s, uint32_t worker)
+{
+    const struct worker *w = find_worker(s, worker);
+    return w ? w->lease_count : 0;
+}
+
+uint32_t scheduler_rows_leased(const struct scheduler *s, uint32_t job)
+{
+    uint32_t rows = 0;
+    for (size_t i = 0; job < s->job_count && i < s->jobs[job].band_count; i++)
+        if (s->jobs[job].bands[i].state == BAND_LEASED)
+            rows += s->jobs[job].bands[i].rows;
+    return rows;
+}
+
+static uint8_t *readiness_of(struct worker *w, size_t job)
+{
+    while (w->readiness_count <= job) {
+        size_t more = 2 * w->readiness_count + 8;
+        w->readiness = memory_resize(w->readiness, more, sizeof *w->readiness);
+        for (size_t i = w->readiness_count; i < more; i++)
+            w->readiness[i] = READINESS_NONE;
+        w->readiness_count = more;
+    }
+    return &w->readiness[job];
+}
+
+static void act(struct scheduler *s, struct action action)
+{
+    struct action_list *list = s->actions;
+    list->items = memory_grow(list->items, &list->capacity, list->count + 1, sizeof *list->items);
+    list->items[list->count++] = action;
+}
+
+/* --- bands ------------------------------------------------------------------------------------------------------- */
+
+static bool has_waiting(const struct job *job)
+{
+    return !job->over && (job->waiting_at < job->waiting_count || job->next_row < job->rows);
+}
+
+/* Guided self-scheduling: a share of what remains, so that bands are large while there is much to do and small when
+ * the end is near. */
+static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job)
+{
+    uint32_t remaining = job->rows - job->next_row, rows = s->policy.band_rows;
+    if (rows == 0) {
+        uint64_t share = remaining / (BANDS_A_THREAD * (s->threads ? s->threads : 1));
+        rows = share < 1 ? 1 : share > BAND_ROWS_MAX ? BAND_ROWS_MAX : (uint32_t)share;
+    }
+    return rows < remaining ? rows : remaining;
+}
+
+/* The next band to hand out, of a job that has_waiting: one that came back, else one cut from the remaining rows. */
+static uint32_t take_waiting(struct scheduler *s, struct job *job)
+{
+    if (job->waiting_at < job->waiting_count)
+        return job->waiting[job->waiting_at++];
+    job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof *job->bands);
+    struct band *band = &job->bands[job->band_count];
+    *band = (struct band){.first_row = job->next_row, .rows = rows_to_cut(s, job)};
+    job->next_row += band->rows;
+    return (uint32_t)job->band_count++;
+}
+
+static void put_back(struct job *job, uint32_t band)
+{
+    job->bands[band].state = BAND_WAITING;
+    job->waiting = memory_grow(job->waiting, &job->waiting_capacity, job->waiting_count + 1, sizeof *job->waiting);
+    job->waiting[job->waiting_count++] = band;
+}
+
+static void grant(struct scheduler *s, struct worker *w, uint32_t job_number, uint32_t band_number)
+{
+    struct band *band = &s->jobs[job_number].bands[band_number];
+    if (band->holders++ == 0)
+        band->granted_ms = s->now_ms;
+    band->state = BAND_LEASED;
+    w->leases = memory_grow(w->leases, &w->lease_capacity, w->lease_count + 1, sizeof *w->leases);
+    w->leases[w->lease_count++] = (struct lease){s->next_lease, job_number, band_number};
+    act(s, (struct action){ACTION_GRANT, w->number, job_number, band->first_row, band->rows, s->next_lease});
+    s->next_lease++;
+}
+
+static void drop_lease(struct worker *w, struct lease *lease)
+{
+    *lease = w->leases[--w->lease_count];
+}
+
+/* Takes the band's leases from whoever still has one. */
+static void revoke_band(struct scheduler *s, uint32_t job, uint32_t band)
+{
+    for (size_t i = 0; i < s->worker_count; i++) {
+        struct worker *w = &s->workers[i];
+        for (size_t k = w->lease_count; k-- > 0;) {
+            if (w->leases[k].job != job || w->leases[k].band != band)
+                continue;
+            act(s, (struct action){.kind = ACTION_REVOKE, .worker = w->number, .lease = w->leases[k].id});
+            drop_lease(w, &w->leases[k]);
+        }
+    }
+}
+
+/* --- jobs -------------------------------------------------------------------------------------------------------- */
+
+static void end_job(struct scheduler *s, uint32_t number, struct action last)
+{
+    struct job *job = &s->jobs[number];
+    job->over = true;
+    for (size_t i = 0; i < job->band_count; i++)
+        if (job->bands[i].state == BAND_LEASED)
+            revoke_band(s, number, (uint32_t)i);
+    for (size_t i = 0; i < s->worker_count; i++)
+        if (*readiness_of(&s->workers[i], number) != READINESS_NONE)
+            act(s, (struct action){.kind = ACTION_END, .worker = s->workers[i].number, .job = number});
+    act(s, last);
+    while (s->first_open_job < s->job_count && s->jobs[s->first_open_job].over)
+        s->first_open_job++;
+}
+
+static void accept(struct scheduler *s, uint32_t job_number, uint32_t band_number)
+{
+    struct job *job = &s->jobs[job_number];
+    struct band *band = &job->bands[band_number];
+    band->state = BAND_DONE;
+    band->holders = 0;
+    job->accepted_rows += band->rows;
+    job->answered_ms += s->now_ms - band->granted_ms;
+    job->answered++;
+    act(s, (struct action){.kind = ACTION_ACCEPT, .job = job_number, .first_row = band->first_row, .rows = band->rows});
+    revoke_band(s, job_number, band_number);
+    if (job->accepted_rows == job->rows)
+        end_job(s, job_number, (struct action){.kind = ACTION_DONE, .job = job_number});
+}
+
+/* --- workers coming and going --------------------------------------------------------------------------------------- */
+
+static void lose_lease(struct scheduler *s, const struct lease *lease, bool by_fault)
+{
+    struct job *job = &s->jobs[lease->job];
+    struct band *band = &job->bands[lease->band];
+    if (job->over || band->state != BAND_LEASED)
+        return;
+    band->losses += by_fault;
+    if (--band->holders == 0)
+        put_back(job, lease->band);
+    if (band->losses >= SCHEDULER_LOSSES_MAX)
+        end_job(s, lease->job, (struct action){.kind = ACTION_FAIL, .job = lease->job, .first_row = band->first_row,
+                                               .rows = band->rows});
+}
+
+static void remove_worker(struct scheduler *s, struct worker *w, bool by_fault)
+{
+    struct worker gone = *w;
+    s->threads -= gone.threads;
+    s->worker_count--;
+    for (struct worker *to = w; to < s->workers + s->worker_count; to++) /* keeps the order of joining */
+        *to = to[1];
+    for (size_t i = 0; i < gone.lease_count; i++)
+        lose_lease(s, &gone.leases[i], by_fault);
+    worker_finish(&gone);
+}
+
+static void expel_silent(struct scheduler *s)
+{
+    for (size_t i = s->worker_count; i-- > 0;) {
+        struct worker *w = &s->workers[i];
+        if (s->now_ms - w->heard_ms < s->policy.silence_ms)
+            continue;
+        act(s, (struct action){.kind = ACTION_EXPEL, .worker = w->number});
+        remove_worker(s, w, true);
+    }
+}
+
+static void add_worker(struct scheduler *s, const struct event *event)
+{
+    s->workers = memory_grow(s->workers, &s->worker_capacity, s->worker_count + 1, sizeof *s->workers);
+    s->workers[s->worker_count++] = (struct worker){.number = event->worker, .threads = event->threads,
+                                                    .credit = event->credit, .heard_ms = s->now_ms};
+    s->threads += event->threads;
+}
+
+static void add_job(struct scheduler *s, const struct event *event)
+{
+    s->jobs = memory_grow(s->jobs, &s->job_capacity, s->job_count + 1, sizeof *s->jobs);
+    s->jobs[s->job_count++] = (struct job){.rows = event->rows};
+}
+
+/* --- handing out ------------------------------------------------------------------------------------------------------ */
+
+static void announce(struct scheduler *s)
+{
+    size_t told = 0;
+    for (size_t job = s->first_open_job; job < s->job_count && told < JOBS_AHEAD; job++) {
+        if (s->jobs[job].over)
+            continue;
+        told++;
+        for (size_t i = 0; i < s->worker_count; i++) {
+            uint8_t *readiness = readiness_of(&s->workers[i], job);
+            if (*readiness != READINESS_NONE || s->workers[i].draining)
+                continue;
+            *readiness = READINESS_ANNOUNCED;
+            act(s, (struct action){.kind = ACTION_ANNOUNCE, .worker = s->workers[i].number, .job = (uint32_t)job});
+        }
+    }
+}
+
+static bool can_take(const struct worker *w)
+{
+    return !w->draining && w->lease_count < w->credit;
+}
+
+/* Gives the worker one band of the first job that has one for it. */
+static bool grant_one(struct scheduler *s, struct worker *w)
+{
+    for (size_t job = s->first_open_job; can_take(w) && job < s->job_count; job++) {
+        if (!has_waiting(&s->jobs[job]) || *readiness_of(w, job) != READINESS_READY)
+            continue;
+        grant(s, w, (uint32_t)job, take_waiting(s, &s->jobs[job]));
+        return true;
+    }
+    return false;
+}
+
+/* One band each in turn, until nobody can take more. */
+static void grant_waiting(struct scheduler *s)
+{
+    bool granted = true;
+    while (granted) {
+        granted = false;
+        for (size_t i = 0; i < s->worker_count; i++)
+            granted |= grant_one(s, &s->workers[i]);
+    }
+}
+
+/* When a leased band counts as a straggler that one more worker should hold; INT64_MAX: never. Each further holder
+ * waits as long again, so that no number of workers that live but never answer can keep a band for ever. */
+static int64_t straggles_at(const struct job *job, const struct band *band)
+{
+    if (job->over || band->state != BAND_LEASED)
+        return INT64_MAX;
+    int64_t patience_ms = BACKUP_BLIND_MS;
+    if (job->answered > 0)
+        patience_ms = BACKUP_PATIENCE * job->answered_ms / job->answered + BACKUP_LEAST_MS;
+    return band->granted_ms + band->holders * patience_ms;
+}
+
+static bool holds(const struct worker *w, size_t job, size_t band)
+{
+    for (size_t i = 0; i < w->lease_count; i++)
+        if (w->leases[i].job == job && w->leases[i].band == band)
+            return true;
+    return false;
+}
+
+/* The straggling band that has been out longest and that this worker can render too. */
+static bool find_straggler(const struct scheduler *s, struct worker *w, uint32_t *found_job, uint32_t *found_band)
+{
+    int64_t oldest = INT64_MAX;
+    for (size_t job = s->first_open_job; job < s->job_count; job++) {
+        if (*readiness_of(w, job) != READINESS_READY)
+            continue;
+        for (size_t i = 0; i < s->jobs[job].band_count; i++) {
+            const struct band *band = &s->jobs[job].bands[i];
+            if (straggles_at(&s->jobs[job], band) > s->now_ms || band->granted_ms >= oldest || holds(w, job, i))
+                continue;
+            oldest = band->granted_ms;
+            *found_job = (uint32_t)job;
+            *found_band = (uint32_t)i;
+        }
+    }
+    return oldest != INT64_MAX;
+}
+
+/* Idle workers duplicate what holds up the end. */
+static void grant_backups(struct scheduler *s)
+{
+    for (size_t i = 0; i < s->worker_count; i++) {
+        struct worker *w = &s->workers[i];
+        uint32_t job, band;
+        if (w->lease_count == 0 && can_take(w) && find_straggler(s, w, &job, &band))
+            grant(s, w, job, band);
+    }
+}
+
+/* --- events --------------------------------------------------------------------------------------------------------------- */
+
+static void take_result(struct scheduler *s, struct worker *w, uint64_t id)
+{
+    act(s, (struct action){.kind = ACTION_ACK, .worker = w->number, .lease = id});
+    struct lease *lease = find_lease(w, id);
+    if (!lease)
+        return; /* revoked meanwhile: the band is done already */
+    struct lease answered = *lease;
+    drop_lease(w, lease);
+    accept(s, answered.job, answered.band);
+}
+
+static void handle_worker_event(struct scheduler *s, struct worker *w, const struct event *event)
+{
+    w->heard_ms = s->now_ms;
+    switch (event->kind) {
+    case EVENT_READY:
+        if (event->job < s->job_count && *readiness_of(w, event->job) == READINESS_ANNOUNCED)
+            *readiness_of(w, event->job) = READINESS_READY;
+        break;
+    case EVENT_RESULT:
+        take_result(s, w, event->lease);
+        break;
+    case EVENT_DRAIN:
+        w->draining = true;
+        break;
+    case EVENT_LEAVE:
+    case EVENT_LOST:
+        remove_worker(s, w, event->kind == EVENT_LOST);
+        break;
+    default:
+        break;
+    }
+}
+
+void scheduler_handle(struct scheduler *s, const struct event *event, int64_t now_ms, struct action_list *actions)
+{
+    s->now_ms = now_ms;
+    s->actions = actions;
+    struct worker *w = find_worker(s, event->worker);
+    if (event->kind == EVENT_JOB)
+        add_job(s, event);
+    else if (event->kind == EVENT_JOIN && !w)
+        add_worker(s, event);
+    else if (event->kind != EVENT_TICK && w)
+        handle_worker_event(s, w, event);
+    expel_silent(s);
+    announce(s);
+    grant_waiting(s);
+    grant_backups(s);
+}
+
+int64_t scheduler_deadline(const struct scheduler *s)
+{
+    int64_t deadline = INT64_MAX;
+    bool someone_idle = false;
+    for (size_t i = 0; i < s->worker_count; i++) {
+        int64_t silent = s->workers[i].heard_ms + s->policy.silence_ms;
+        deadline = silent < deadline ? silent : deadline;
+        someone_idle |= s->workers[i].lease_count == 0 && can_take(&s->workers[i]);
+    }
+    for (size_t job = s->first_open_job; someone_idle && job < s->job_count; job++)
+        for (size_t i = 0; i < s->jobs[job].band_count; i++) {
+            int64_t straggles = straggles_at(&s->jobs[job], &s->jobs[job].bands[i]);
+            deadline = straggles > s->now_ms && straggles < deadline ? straggles : deadline;
+        }
+    return deadline;
+}

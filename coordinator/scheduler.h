@@ -1,0 +1,93 @@
+/*
+ * Who renders which rows: a pure state machine. It is told events with the time at which they happened and answers
+ * with actions; it has no clock, no sockets and no threads, so that a test can drive it through any history.
+ *
+ * A job is the rows 0..rows−1 of one picture. Rows are handed out as bands, each under a lease to one worker; a band that
+ * holds up the end is leased to idle workers too, to one more each time that patience runs out. The first answer is
+ * accepted and every other lease of the band revoked. A worker that is lost loses its leases, and their bands are handed
+ * out again. Every row is accepted exactly once, and a job ends if one worker answers, whatever the others do.
+ */
+#ifndef WEFT_COORDINATOR_SCHEDULER_H
+#define WEFT_COORDINATOR_SCHEDULER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct scheduler_policy {
+    uint32_t band_rows; /* rows of a band; 0: chosen by what remains, smaller towards the end */
+    int64_t silence_ms; /* a worker that is silent for so long is dead */
+};
+
+enum { SCHEDULER_LOSSES_MAX = 3 }; /* a band that was lost with so many workers fails its job */
+
+enum event_kind {
+    EVENT_JOB,    /* a new job: rows. Jobs are numbered 0, 1, … in the order of these events */
+    EVENT_JOIN,   /* worker, threads, credit. Worker numbers are the caller's, each used once */
+    EVENT_READY,  /* worker has loaded the job */
+    EVENT_BEAT,   /* worker is alive */
+    EVENT_RESULT, /* worker returned all of a lease's rows */
+    EVENT_DRAIN,  /* worker wants no more bands */
+    EVENT_LEAVE,  /* worker said goodbye */
+    EVENT_LOST,   /* worker died or broke the protocol */
+    EVENT_TICK,   /* only the time */
+};
+
+struct event {
+    enum event_kind kind;
+    uint32_t worker, job;
+    uint32_t rows;            /* JOB: at least 1 */
+    uint32_t threads, credit; /* JOIN: at least 1 each */
+    uint64_t lease;           /* RESULT */
+};
+
+enum action_kind {
+    ACTION_ANNOUNCE, /* tell worker about job */
+    ACTION_GRANT,    /* give worker rows first_row..first_row + rows − 1 of job under lease */
+    ACTION_ACCEPT,   /* the result of this event is the one for these rows of job */
+    ACTION_ACK,      /* worker may forget the result of lease */
+    ACTION_REVOKE,   /* worker may stop working on lease */
+    ACTION_END,      /* worker may forget job */
+    ACTION_EXPEL,    /* worker is considered dead */
+    ACTION_DONE,     /* job is complete */
+    ACTION_FAIL,     /* job cannot be completed: these rows were lost SCHEDULER_LOSSES_MAX times */
+};
+
+struct action {
+    enum action_kind kind;
+    uint32_t worker, job;
+    uint32_t first_row, rows;
+    uint64_t lease;
+};
+
+/* All zero is empty; the caller frees items. */
+struct action_list {
+    struct action *items;
+    size_t count, capacity;
+};
+
+struct scheduler;
+
+struct scheduler *scheduler_create(const struct scheduler_policy *policy);
+
+/* Frees *scheduler and sets it to NULL; *scheduler may be NULL. */
+void scheduler_destroy(struct scheduler **scheduler);
+
+/* Takes an event that happened at now_ms (never before an earlier one's) and appends what is to be done. Events that
+ * name workers, jobs or leases that are unknown or over are harmless. */
+void scheduler_handle(struct scheduler *scheduler, const struct event *event, int64_t now_ms,
+                      struct action_list *actions);
+
+/* When to send an EVENT_TICK at the latest; INT64_MAX: no need. */
+int64_t scheduler_deadline(const struct scheduler *scheduler);
+
+/* Whether worker holds this lease, and which rows of which job it is for. */
+bool scheduler_lease(const struct scheduler *scheduler, uint32_t worker, uint64_t lease, struct action *grant);
+
+/* Leases that the worker holds. */
+size_t scheduler_held(const struct scheduler *scheduler, uint32_t worker);
+
+/* Rows of the job that are out under a lease. */
+uint32_t scheduler_rows_leased(const struct scheduler *scheduler, uint32_t job);
+
+#endif

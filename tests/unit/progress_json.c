@@ -1,0 +1,108 @@
+/* The JSON view of a snapshot, read back by a parser. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "coordinator/progress_views.h"
+#include "tests/unit/progress_help.h"
+
+static cJSON *json_of(const struct farm *farm)
+{
+    struct bytes text = {0};
+    progress_json(&text, &farm->snapshot);
+    assert_int_equal(count_lines((const char *)text.data), 1);
+    assert_int_equal(text.data[text.size - 1], '\n');
+    cJSON *json = cJSON_ParseWithOpts((const char *)text.data, NULL, true);
+    assert_non_null(json);
+    bytes_finish(&text);
+    return json;
+}
+
+/* Exactly these keys, in this order, joined by blanks. */
+static void assert_keys(const cJSON *object, const char *want)
+{
+    char keys[512] = "";
+    const cJSON *item;
+    cJSON_ArrayForEach(item, object)
+    {
+        strcat(keys, *keys ? " " : "");
+        strcat(keys, item->string);
+    }
+    assert_string_equal(keys, want);
+}
+
+static const cJSON *member(const cJSON *object, const char *key)
+{
+    const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+    assert_non_null(item);
+    return item;
+}
+
+static void test_json_members(void **state)
+{
+    (void)state;
+    struct farm farm;
+    farm_init(&farm, 2, 3);
+    farm.jobs[1].remaining_seconds = -1;
+    cJSON *json = json_of(&farm);
+    assert_keys(json, "elapsed rays rays_per_second jobs workers");
+    assert_int_equal(cJSON_GetArraySize(member(json, "jobs")), 2);
+    assert_int_equal(cJSON_GetArraySize(member(json, "workers")), 3);
+    const cJSON *job = cJSON_GetArrayItem(member(json, "jobs"), 0);
+    assert_keys(job, "scene output state width height samples rows_done rows_in_work rays elapsed remaining");
+    assert_string_equal(member(job, "scene")->valuestring, "scenes/showcase.json");
+    assert_string_equal(member(job, "state")->valuestring, "running");
+    assert_int_equal(member(job, "rays")->valuedouble, 36000000);
+    assert_true(member(job, "remaining")->valuedouble == 14.2);
+    assert_true(cJSON_IsNull(member(cJSON_GetArrayItem(member(json, "jobs"), 1), "remaining")));
+    const cJSON *worker = cJSON_GetArrayItem(member(json, "workers"), 1);
+    assert_keys(worker,
+                "number host pid threads kernel state bands_held bands_done rows_done rays rays_per_second");
+    assert_string_equal(member(worker, "host")->valuestring, "münchen");
+    assert_string_equal(member(worker, "state")->valuestring, "idle");
+    assert_int_equal(member(worker, "pid")->valuedouble, 4000);
+    cJSON_Delete(json);
+}
+
+static void test_json_strings(void **state)
+{
+    (void)state;
+    struct farm farm;
+    farm_init(&farm, 1, 1);
+    farm.jobs[0].scene = "a\"b\\c\n\t\x01\x7F/計";
+    farm.workers[0].host = "\xFFx\xC3";
+    farm.snapshot.rays_per_second = 0.0 / 0.0;
+    cJSON *json = json_of(&farm);
+    assert_string_equal(member(cJSON_GetArrayItem(member(json, "jobs"), 0), "scene")->valuestring,
+                        "a\"b\\c\n\t\x01\x7F/計");
+    assert_string_equal(member(cJSON_GetArrayItem(member(json, "workers"), 0), "host")->valuestring, "�x�");
+    assert_true(cJSON_IsNull(member(json, "rays_per_second")));
+    cJSON_Delete(json);
+}
+
+static void test_json_empty(void **state)
+{
+    (void)state;
+    struct farm farm;
+    farm_init(&farm, 0, 0);
+    cJSON *json = json_of(&farm);
+    assert_int_equal(cJSON_GetArraySize(member(json, "jobs")), 0);
+    cJSON_Delete(json);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_json_members),
+        cmocka_unit_test(test_json_strings),
+        cmocka_unit_test(test_json_empty),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
