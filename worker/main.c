@@ -1,0 +1,326 @@
+/* weft-worker: joins a coordinator and renders bands for it. */
+#include <errno.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include "base/clock.h"
+#include "base/cpu.h"
+#include "base/log.h"
+#include "base/options.h"
+#include "trace/proof.h"
+#include "wire/socket.h"
+#include "worker/pool.h"
+#include "worker/session.h"
+
+enum { OPTION_KERNEL = 256, OPTION_ONCE, OPTION_WAIT, OPTION_TETHER, OPTION_HELP, OPTION_VERSION };
+
+enum { EXIT_INTERRUPTED = 130, EXIT_TERMINATED = 143 };
+
+static const struct option_spec options[] = {
+    {'t', "threads", "N", "render threads (default: all cores that this process may use)"},
+    {OPTION_KERNEL, "kernel", "NAME", "force a kernel: ref"},
+    {OPTION_ONCE, "once", NULL, "end with the coordinator's goodbye instead of waiting for the next one"},
+    {OPTION_WAIT, "wait", "SECONDS", "give up when no coordinator answers for so long (default: never)"},
+    {OPTION_TETHER, "tether", NULL, "end at once when standard input closes"},
+    {'q', "quiet", NULL, "say only what is wrong"},
+    {'v', "verbose", NULL, "say more"},
+    {OPTION_HELP, "help", NULL, "print this and exit"},
+    {OPTION_VERSION, "version", NULL, "print the version and exit"},
+    {0},
+};
+
+struct settings {
+    int threads;
+    const struct kernel *kernel;
+    bool once, tether;
+    int64_t wait_ms;
+    enum log_level level;
+};
+
+struct worker {
+    struct settings settings;
+    struct wire_client *client;
+    struct session *session;
+    struct pool *pool;
+    int signals;
+    int terminations; /* SIGTERMs received */
+    bool ended;
+    int exit_status;
+};
+
+static void print_help(void)
+{
+    puts("usage: weft-worker [OPTION]... ENDPOINT\n"
+         "Joins the coordinator at ENDPOINT (tcp://HOST:7420, HOST, HOST:PORT or ipc://PATH) and renders for it.\n"
+         "Started before its coordinator it waits; after a render it waits for the next.\n"
+         "SIGTERM: finish the bands in hand, then end; a second one ends at once.\n");
+    options_help(stdout, options);
+}
+
+static enum status choose_kernel(struct settings *settings, const char *name, struct error *error)
+{
+    settings->kernel = kernel_find(name);
+    if (settings->kernel)
+        return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "--kernel: expected a kernel that this machine can run, found \"%s\"", name);
+}
+
+static enum status handle_option(void *context, int key, const char *argument, struct error *error)
+{
+    struct settings *settings = context;
+    int64_t number;
+    enum status status = STATUS_OK;
+    switch (key) {
+    case 't':
+        status = options_integer("--threads", argument, 1, 1024, &number, error);
+        if (status == STATUS_OK)
+            settings->threads = (int)number;
+        break;
+    case OPTION_KERNEL:
+        status = choose_kernel(settings, argument, error);
+        break;
+    case OPTION_ONCE:
+        settings->once = true;
+        break;
+    case OPTION_WAIT:
+        status = options_integer("--wait", argument, 0, 1000000000, &number, error);
+        if (status == STATUS_OK)
+            settings->wait_ms = number * 1000;
+        break;
+    case OPTION_TETHER:
+        settings->tether = true;
+        break;
+    case 'q':
+        settings->level = LOG_WARNING;
+        break;
+    case 'v':
+        settings->level = LOG_DEBUG;
+        break;
+    case OPTION_HELP:
+        print_help();
+        exit(STATUS_OK);
+    case OPTION_VERSION:
+        puts("weft-worker " WEFT_VERSION);
+        exit(STATUS_OK);
+    default:
+        break;
+    }
+    return status;
+}
+
+static struct session_config describe(const struct settings *settings)
+{
+    struct session_config config = {.once = settings->once, .wait_ms = settings->wait_ms};
+    config.hello.kind = MESSAGE_HELLO;
+    config.hello.hello.core_revision = proof_revision();
+    config.hello.hello.proof = proof_render(settings->kernel);
+    config.hello.hello.pid = (uint32_t)getpid();
+    config.hello.hello.threads = (uint32_t)settings->threads;
+    config.hello.hello.credit = 2 * (uint32_t)settings->threads; /* two bands a thread hide the round trip */
+    if (gethostname(config.hello.hello.host, sizeof config.hello.hello.host - 1) != 0)
+        strcpy(config.hello.hello.host, "unknown");
+    strncpy(config.hello.hello.kernel, settings->kernel->name, sizeof config.hello.hello.kernel - 1);
+    return config;
+}
+
+/* SIGTERM and SIGINT are read from a descriptor; a broken pipe is an error of the write that met it. */
+static int block_signals(void)
+{
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGTERM);
+    sigaddset(&set, SIGINT);
+    sigprocmask(SIG_BLOCK, &set, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    return signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+static void finish(struct worker *w, int exit_status)
+{
+    if (!w->ended)
+        w->exit_status = exit_status;
+    w->ended = true;
+}
+
+/* --- carrying out the session's actions --------------------------------------------------------------------------- */
+
+static void load(struct worker *w, uint32_t job)
+{
+    struct job_settings from;
+    struct asset_set assets = {0};
+    const char *name = session_assets(w->session, job, &from, &assets);
+    const struct trace_settings settings = {from.width, from.height, from.samples};
+    pool_load(w->pool, job, name, &assets, &settings, (enum pixel_format)from.pixel_format);
+}
+
+static void reconnect(struct worker *w)
+{
+    struct error error;
+    if (wire_client_reconnect(w->client, &error) == STATUS_OK)
+        return;
+    log_error("%s", error.text);
+    finish(w, STATUS_INTERNAL);
+}
+
+static void carry_out(struct worker *w, struct session_action *action)
+{
+    switch (action->kind) {
+    case SESSION_SEND:
+        if (!wire_client_send(w->client, action->bytes.data, action->bytes.size))
+            session_send_failed(w->session, clock_now_ms());
+        bytes_finish(&action->bytes);
+        break;
+    case SESSION_LOAD:
+        load(w, action->job);
+        break;
+    case SESSION_START:
+        pool_start(w->pool, action->lease, action->job, action->first_row, action->rows);
+        break;
+    case SESSION_CANCEL:
+        pool_cancel(w->pool, action->lease);
+        break;
+    case SESSION_FORGET:
+        pool_forget(w->pool, action->job);
+        break;
+    case SESSION_RECONNECT:
+        reconnect(w);
+        break;
+    case SESSION_SAY:
+        log_info("%s", action->text);
+        break;
+    case SESSION_EXIT:
+        finish(w, action->exit_status);
+        break;
+    }
+}
+
+static void handle(struct worker *w, const struct session_event *event)
+{
+    session_handle(w->session, event, clock_now_ms());
+    struct session_action action;
+    while (session_take(w->session, &action))
+        carry_out(w, &action);
+}
+
+/* --- what happens ---------------------------------------------------------------------------------------------------- */
+
+static void take_messages(struct worker *w)
+{
+    struct bytes data = {0};
+    while (!w->ended && wire_client_receive(w->client, &data)) {
+        struct message message;
+        struct error error;
+        if (message_decode(&message, data.data, data.size, &error) == STATUS_OK)
+            handle(w, &(struct session_event){.kind = SESSION_MESSAGE, .message = &message});
+        else
+            log_warning("ignored a message: %s", error.text);
+    }
+    bytes_finish(&data);
+}
+
+static void take_outcomes(struct worker *w)
+{
+    static const enum session_event_kind kinds[] = {
+        [POOL_LOADED] = SESSION_LOADED, [POOL_LOAD_FAILED] = SESSION_LOAD_FAILED, [POOL_BAND] = SESSION_RENDERED};
+    struct pool_outcome outcome;
+    while (pool_take(w->pool, &outcome))
+        handle(w, &(struct session_event){.kind = kinds[outcome.kind], .job = outcome.job, .lease = outcome.lease,
+                                          .reason = outcome.error.text, .records = &outcome.bytes});
+}
+
+static void take_signals(struct worker *w)
+{
+    struct signalfd_siginfo info;
+    while (read(w->signals, &info, sizeof info) == (ssize_t)sizeof info) {
+        if (info.ssi_signo == SIGINT)
+            finish(w, EXIT_INTERRUPTED);
+        else if (++w->terminations > 1)
+            finish(w, EXIT_TERMINATED);
+        else
+            handle(w, &(struct session_event){.kind = SESSION_DRAIN});
+    }
+}
+
+static void tick(struct worker *w)
+{
+    struct session_event event = {.kind = SESSION_TICK};
+    pool_progress(w->pool, &event.progress, &event.rays);
+    handle(w, &event);
+}
+
+/* True once the other end of standard input is closed. */
+static bool tether_is_cut(short revents)
+{
+    if (!(revents & (POLLIN | POLLHUP | POLLERR)))
+        return false;
+    char buffer[64];
+    ssize_t got = read(STDIN_FILENO, buffer, sizeof buffer);
+    return got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN);
+}
+
+static void run(struct worker *w)
+{
+    while (!w->ended) {
+        struct pollfd fds[3] = {{.fd = w->signals, .events = POLLIN},
+                                {.fd = pool_descriptor(w->pool), .events = POLLIN},
+                                {.fd = STDIN_FILENO, .events = POLLIN}};
+        int64_t wait_ms = session_deadline(w->session) - clock_now_ms();
+        wait_ms = wait_ms < 0 ? 0 : wait_ms > 60000 ? 60000 : wait_ms;
+        wire_client_wait(w->client, fds, w->settings.tether ? 3 : 2, (int)wait_ms);
+        if (w->settings.tether && tether_is_cut(fds[2].revents))
+            _exit(STATUS_FAILED); /* the coordinator is gone, and so is the reason to be here */
+        take_signals(w);
+        take_outcomes(w);
+        take_messages(w);
+        tick(w);
+    }
+}
+
+static enum status start(struct worker *w, const char *endpoint_text, struct error *error)
+{
+    char endpoint[WIRE_ENDPOINT_BYTES];
+    enum status status = wire_endpoint_parse(endpoint_text, endpoint, error);
+    if (status == STATUS_OK)
+        status = wire_start(error);
+    if (status != STATUS_OK)
+        return status;
+    w->client = wire_client_create(endpoint, error);
+    if (!w->client)
+        return STATUS_FAILED;
+    w->pool = pool_create(w->settings.threads, w->settings.kernel);
+    struct session_config config = describe(&w->settings);
+    w->session = session_create(&config, clock_now_ms());
+    return STATUS_OK;
+}
+
+int main(int argc, char **argv)
+{
+    struct worker w = {.settings = {.threads = cpu_available(), .kernel = kernel_default(), .wait_ms = -1,
+                                    .level = LOG_INFO}};
+    struct error error;
+    int first;
+    log_start("weft-worker", LOG_INFO);
+    enum status status = options_parse(argc, argv, options, handle_option, &w.settings, &first, &error);
+    if (status == STATUS_OK && argc - first != 1)
+        status = error_set(&error, STATUS_USAGE, "expected one endpoint, found %d operands; see --help", argc - first);
+    if (status != STATUS_OK) {
+        log_error("%s", error.text);
+        return status;
+    }
+    log_start("weft-worker", w.settings.level);
+    w.signals = block_signals(); /* before any thread exists, so that all inherit the mask */
+    status = start(&w, argv[first], &error);
+    if (status == STATUS_OK)
+        run(&w);
+    else
+        log_error("%s", error.text);
+    session_destroy(&w.session);
+    wire_client_destroy(&w.client);
+    wire_stop();
+    pool_destroy(&w.pool);
+    return status == STATUS_OK ? w.exit_status : (int)status;
+}
