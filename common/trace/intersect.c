@@ -28,14 +28,17 @@ struct span sphere_span(const struct sphere *sphere, struct vec3 origin, struct 
     return span_of((struct interval){middle - half_chord, middle + half_chord}, 0, 0);
 }
 
-/* The two roots of a t² + 2 b t + c for a ≠ 0, in order, from the discriminant b² − ac >= 0. The smaller root
- * comes from c / q, so nothing cancels. */
+/* The two roots of a t² + 2 b t + c for a ≠ 0, in order, from the discriminant b² − ac >= 0. The smaller root comes
+ * from c / q, so nothing cancels; but for a ray that starts where it touches the surface, q and c are both rounding
+ * errors, and their quotient must not exceed the larger root. */
 static struct interval quadratic_roots(double a, double b, double c, double discriminant)
 {
     double q = -(b + copysign(sqrt(discriminant), b));
     if (q == 0)
         return (struct interval){0, 0};
     double r0 = c / q, r1 = q / a;
+    if (fabs(r0) > fabs(r1))
+        r0 = copysign(r1, r0);
     return r0 < r1 ? (struct interval){r0, r1} : (struct interval){r1, r0};
 }
 

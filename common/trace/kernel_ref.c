@@ -3,9 +3,19 @@
 
 #include "trace/kernel.h"
 
-static bool is_flat(enum primitive_kind kind)
+/* Whether what goes into it must come out of it again. */
+static bool is_solid(const struct plan *plan, const struct primitive *primitive)
 {
-    return kind == PRIMITIVE_PLANE || kind == PRIMITIVE_DISC || kind == PRIMITIVE_TRIANGLE;
+    switch ((enum primitive_kind)primitive->kind) {
+    case PRIMITIVE_SPHERE:
+    case PRIMITIVE_ELLIPSOID:
+    case PRIMITIVE_BOX:
+        return true;
+    case PRIMITIVE_FRUSTUM:
+        return !plan->frustums[primitive->index].open;
+    default:
+        return false;
+    }
 }
 
 /* In the order of (t, key), after where the ray begins. */
@@ -14,11 +24,16 @@ static bool is_beyond(const struct ray *ray, double t, uint32_t id, enum side si
     return t > ray->t_min || (t == ray->t_min && hit_key(id, side) > ray->key_min);
 }
 
-/* The roots of the primitive that the ray itself starts on: none, or the far wall of a solid that it goes into.
- * A ray that goes in comes out, also where rounding puts the far wall behind its start. */
-static struct span own_roots(const struct ray *ray, uint32_t id, enum primitive_kind kind, struct span span)
+/* The roots of the primitive that the ray itself starts on: none, or its far wall if the ray goes in. What goes into a
+ * solid comes out, also where rounding puts the far wall behind the ray's start or has the ray miss altogether. */
+static struct span own_roots(const struct plan *plan, const struct ray *ray, uint32_t id, struct span span)
 {
-    span.roots &= is_flat(kind) || ray->departure == DEPART_OUTWARD ? 0 : SPAN_LEAVE;
+    const struct primitive *primitive = &plan->primitives[id];
+    bool solid = is_solid(plan, primitive);
+    if (ray->departure == DEPART_OUTWARD || (!solid && primitive->kind != PRIMITIVE_FRUSTUM))
+        span.roots = 0;
+    else
+        span.roots = solid ? SPAN_LEAVE : span.roots & SPAN_LEAVE;
     if (ray->key_min == KEY_NONE)
         span.leave = span.leave > 0 ? span.leave : 0;
     else if (!is_beyond(ray, span.leave, id, SIDE_LEAVE))
@@ -31,7 +46,7 @@ static struct span roots_ahead(const struct plan *plan, const struct ray *ray, c
 {
     struct span span = plan_span(plan, id, ray->origin, ray->direction, shear);
     if (id == ray->from) {
-        span = own_roots(ray, id, plan->primitives[id].kind, span);
+        span = own_roots(plan, ray, id, span);
     } else {
         if (!is_beyond(ray, span.enter, id, SIDE_ENTER))
             span.roots &= (uint8_t)~SPAN_ENTER;

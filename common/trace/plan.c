@@ -56,7 +56,7 @@ static struct plan_material compile_material(const struct material *from)
         .absorption = from->absorption,
         .highlights = !vec3_is_zero(from->specular),
         .dielectric = from->ior > 0,
-        .absorbs = !vec3_is_zero(from->absorption),
+        .absorbs = from->ior > 0 && !vec3_is_zero(from->absorption),
     };
     to.mirrors = !vec3_is_zero(from->reflection);
     to.transmits = to.dielectric || (from->transparency > 0 && !vec3_is_zero(from->filter));

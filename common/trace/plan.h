@@ -44,7 +44,7 @@ struct plan_object {
     uint32_t texture;         /* of the material's colour */
     uint32_t mesh;            /* index into plan.meshes, or UINT32_MAX */
     uint32_t first_primitive;
-    double extent;            /* a bound on its coordinates relative to its own centre; 0 for a plane */
+    double extent;            /* a bound on its coordinates relative to its own centre; 0 for planes and meshes */
 };
 
 /* A mesh's per-vertex data, in world orientation. Arrays are NULL where the mesh has none. */

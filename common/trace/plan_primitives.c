@@ -186,9 +186,6 @@ static void add_mesh(struct plan *plan, uint32_t object, const struct shape *sha
             placed = (struct triangle){placed.a, placed.c, placed.b};
         plan->triangles[plan->count[PRIMITIVE_TRIANGLE]] = placed;
         add_primitive(plan, object, PRIMITIVE_TRIANGLE, triangle_flat_axis(a, b, c));
-        double reach = vec3_length(vec3_sub(placed.a, plan->triangles[to->first_triangle].a));
-        if (reach > plan->objects[object].extent)
-            plan->objects[object].extent = reach;
     }
 }
 

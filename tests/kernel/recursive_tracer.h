@@ -1,0 +1,467 @@
+/*
+ * A plain recursive tracer to measure the streaming one against: the same rays one at a time, media as arrays,
+ * and what each ray finds noted down with its place in the ray tree and added up in the documented order.
+ */
+#ifndef WEFT_TESTS_KERNEL_RECURSIVE_TRACER_H
+#define WEFT_TESTS_KERNEL_RECURSIVE_TRACER_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/memory.h"
+#include "math/elementary.h"
+#include "trace/light.h"
+#include "trace/optics.h"
+#include "trace/sample.h"
+#include "trace/shade.h"
+#include "trace/surface.h"
+#include "trace/texture.h"
+
+/* --- hits ------------------------------------------------------------------------------------------------ */
+
+/* A ray of the recursive tracer, and the objects that it is inside of, outermost first. */
+enum { INSIDE_MAX = 32 };
+struct walk {
+    struct ray ray;
+    struct vec3 throughput;
+    struct footprint footprint;
+    uint32_t inside[INSIDE_MAX];
+    unsigned depth_inside;
+};
+
+/* Every root that the ray may hit, in no order; the count. A hit's (t, id, side) orders it. */
+static size_t roots_of(const struct plan *plan, const struct ray *ray, struct hit *hits, size_t capacity)
+{
+    struct shear shear = shear_of(ray->direction);
+    size_t count = 0;
+    for (uint32_t id = 0; id < plan->primitive_count; id++) {
+        struct span span = plan_span(plan, id, ray->origin, ray->direction, &shear);
+        enum primitive_kind kind = plan->primitives[id].kind;
+        bool flat = kind == PRIMITIVE_PLANE || kind == PRIMITIVE_DISC || kind == PRIMITIVE_TRIANGLE;
+        bool open = kind == PRIMITIVE_FRUSTUM && plan->frustums[plan->primitives[id].index].open;
+        for (enum side side = SIDE_ENTER; side <= SIDE_LEAVE; side++) {
+            double t = side == SIDE_ENTER ? span.enter : span.leave;
+            bool after = t > ray->t_min || (t == ray->t_min && hit_key(id, side) > ray->key_min);
+            if (id == ray->from) {
+                bool far_wall = side == SIDE_LEAVE && !flat && ray->departure == DEPART_INWARD;
+                if (far_wall && ray->key_min == KEY_NONE) {
+                    t = t > 0 ? t : 0;
+                    after = true;
+                }
+                after = after && far_wall;
+                span.roots |= far_wall && !open ? SPAN_LEAVE : 0; /* what goes in comes out */
+            }
+            if (!(span.roots & (side == SIDE_ENTER ? SPAN_ENTER : SPAN_LEAVE)) || !after || !(t < ray->t_max))
+                continue;
+            assert_true(count < capacity);
+            hits[count++] = (struct hit){t, id, side, side == SIDE_ENTER ? span.enter_part : span.leave_part};
+        }
+    }
+    return count;
+}
+
+static bool is_before(const struct hit *a, const struct hit *b)
+{
+    return a->t < b->t || (a->t == b->t && hit_key(a->id, a->side) < hit_key(b->id, b->side));
+}
+
+static void sort_hits(struct hit *hits, size_t count)
+{
+    for (size_t i = 1; i < count; i++)
+        for (size_t k = i; k > 0 && is_before(&hits[k], &hits[k - 1]); k--) {
+            struct hit swap = hits[k];
+            hits[k] = hits[k - 1];
+            hits[k - 1] = swap;
+        }
+}
+
+static uint32_t object_of(const struct plan *plan, const struct hit *hit)
+{
+    return plan->primitives[hit->id].object;
+}
+
+static const struct plan_material *material_of(const struct plan *plan, const struct hit *hit)
+{
+    return &plan->materials[plan->objects[object_of(plan, hit)].material];
+}
+
+static struct vec3 absorbed(const struct plan_material *material, double length)
+{
+    return vec3_make(math_exp(-material->absorption.x * length), math_exp(-material->absorption.y * length),
+                     math_exp(-material->absorption.z * length));
+}
+
+/* --- shadows --------------------------------------------------------------------------------------------- */
+
+/* Of crossings first..last of one object: where the one at `at` began, found by matching from the front. */
+static double began_at(const struct plan *plan, const struct hit *hits, size_t at)
+{
+    double open[64];
+    size_t depth = 0;
+    for (size_t i = 0; i < at; i++) {
+        if (object_of(plan, &hits[i]) != object_of(plan, &hits[at]))
+            continue;
+        if (hits[i].side == SIDE_ENTER)
+            open[depth++] = hits[i].t;
+        else if (depth > 0)
+            depth--;
+    }
+    return depth > 0 ? open[depth - 1] : 0;
+}
+
+static bool is_left_again(const struct plan *plan, const struct hit *hits, size_t at, size_t count)
+{
+    int depth = 1;
+    for (size_t i = at + 1; i < count; i++)
+        if (object_of(plan, &hits[i]) == object_of(plan, &hits[at])) {
+            depth += hits[i].side == SIDE_ENTER ? 1 : -1;
+            if (depth == 0)
+                return true;
+        }
+    return false;
+}
+
+static struct vec3 light_through(const struct plan *plan, const struct ray *ray)
+{
+    struct hit hits[256];
+    size_t count = roots_of(plan, ray, hits, 256);
+    sort_hits(hits, count);
+    struct vec3 product = {1, 1, 1};
+    for (size_t i = 0; i < count; i++)
+        if (plan->primitives[hits[i].id].blocks_light)
+            return vec3_make(0, 0, 0);
+    for (size_t i = 0; i < count; i++) {
+        const struct plan_material *material = material_of(plan, &hits[i]);
+        struct vec3 share = vec3_scale(material->filter, material->transparency);
+        if (material->dielectric) {
+            struct vec3 normal = surface_at(plan, ray, &hits[i]).normal;
+            normal = hits[i].side == SIDE_ENTER ? normal : vec3_neg(normal);
+            share = vec3_scale(material->filter,
+                               1 - optics_refraction(ray->direction, normal, 1, material->ior).reflectance);
+        }
+        product = vec3_mul(product, share);
+        if (!material->absorbs)
+            continue;
+        if (hits[i].side == SIDE_LEAVE)
+            product = vec3_mul(product, absorbed(material, hits[i].t - began_at(plan, hits, i)));
+        else if (isfinite(ray->t_max) && !is_left_again(plan, hits, i, count))
+            product = vec3_mul(product, absorbed(material, ray->t_max - hits[i].t));
+    }
+    return product;
+}
+
+/* --- the tree -------------------------------------------------------------------------------------------- */
+
+/* What a ray found. Its place in the tree: path[k] is 0 for mirrored and 1 for transmitted at level k. */
+struct finding {
+    unsigned level;
+    uint8_t path[SCENE_DEPTH_MAX];
+    struct vec3 radiance;
+};
+
+struct findings {
+    struct finding *items;
+    size_t count, capacity;
+};
+
+static void note(struct findings *findings, unsigned level, const uint8_t *path, struct vec3 radiance)
+{
+    findings->items =
+        memory_grow(findings->items, &findings->capacity, findings->count + 1, sizeof *findings->items);
+    struct finding *finding = &findings->items[findings->count++];
+    *finding = (struct finding){.level = level, .radiance = radiance};
+    memcpy(finding->path, path, level);
+}
+
+/* By level, then from the first step on mirrored before transmitted. */
+static int compare_findings(const void *left, const void *right)
+{
+    const struct finding *a = left, *b = right;
+    if (a->level != b->level)
+        return a->level < b->level ? -1 : 1;
+    return memcmp(a->path, b->path, a->level);
+}
+
+/* What shading needs of a hit, worked out anew. */
+struct view {
+    struct hit hit;
+    struct surface surface;
+    struct surface_footprint spread;
+    struct vec3 normal, shading_normal, color;
+    const struct plan_material *material;
+};
+
+static struct view view_of(const struct plan *plan, const struct walk *walk, const struct hit *hit)
+{
+    struct view view = {.hit = *hit, .material = material_of(plan, hit)};
+    view.surface = surface_at(plan, &walk->ray, hit);
+    if (plan->needs_footprints)
+        view.spread = surface_footprint_at(plan, &walk->ray, &walk->footprint, hit, &view.surface);
+    view.color = surface_color(plan, hit, &view.surface, plan->needs_footprints ? &view.spread : NULL);
+    double sign = hit->side == SIDE_ENTER ? 1 : -1;
+    view.normal = vec3_scale(view.surface.normal, sign);
+    view.shading_normal = vec3_scale(view.surface.shading_normal, sign);
+    if (vec3_dot(view.shading_normal, walk->ray.direction) > 0)
+        view.shading_normal = view.normal;
+    return view;
+}
+
+static struct ray leaving(const struct view *view, struct vec3 direction, bool same_side)
+{
+    double cosine = fabs(vec3_dot(direction, view->surface.normal));
+    double error = cosine > 0 ? view->surface.error / cosine : view->surface.error;
+    bool outward = (view->hit.side == SIDE_ENTER) == same_side;
+    return (struct ray){view->surface.position,
+                        direction,
+                        error + COINCIDENCE * vec3_max_abs(view->surface.position),
+                        INFINITY,
+                        KEY_NONE,
+                        view->hit.id,
+                        outward ? DEPART_OUTWARD : DEPART_INWARD};
+}
+
+static struct vec3 local_radiance(const struct plan *plan, const struct walk *walk, const struct view *view)
+{
+    struct vec3 own = vec3_scale(vec3_mul(view->color, view->material->surface_share), view->material->ambient);
+    struct vec3 sum = vec3_mul(own, plan->ambient);
+    for (size_t i = 0; i < plan->light_count; i++) {
+        struct light_arrival arrival;
+        if (!light_arrive(&plan->lights[i], view->surface.position, &arrival) ||
+            vec3_dot(view->normal, arrival.direction) <= 0)
+            continue;
+        struct vec3 answer = light_phong(view->material, view->color, view->shading_normal, walk->ray.direction,
+                                         arrival.direction);
+        struct ray ray = leaving(view, arrival.direction, true);
+        ray.t_max = arrival.distance * (1 - COINCIDENCE) - ray.t_min;
+        if (!vec3_is_zero(answer))
+            sum = vec3_add(sum, vec3_mul(vec3_mul(answer, arrival.strength), light_through(plan, &ray)));
+    }
+    return sum;
+}
+
+static struct vec3 surroundings(const struct plan *plan, const struct walk *walk)
+{
+    const struct background *background = &plan->background;
+    if (background->kind == BACKGROUND_CONSTANT)
+        return background->color[0];
+    if (background->kind == BACKGROUND_GRADIENT)
+        return vec3_mix(background->color[0], background->color[1], 0.5 * (walk->ray.direction.y + 1));
+    return texture_surroundings(&plan->images[background->image], walk->ray.direction,
+                                walk->footprint.direction_x, walk->footprint.direction_y);
+}
+
+static void follow(const struct plan *plan, struct walk *walk, unsigned level, uint8_t *path,
+                   struct findings *findings);
+
+/* Goes on if the throughput is worth it. */
+static void follow_child(const struct plan *plan, struct walk *child, unsigned level, uint8_t *path,
+                         uint8_t step, struct findings *findings)
+{
+    if (vec3_max(child->throughput) < THROUGHPUT_MIN)
+        return;
+    path[level] = step;
+    follow(plan, child, level + 1, path, findings);
+}
+
+static struct walk mirrored(const struct plan *plan, const struct walk *walk, const struct view *view,
+                            struct vec3 share)
+{
+    struct walk child = *walk;
+    struct vec3 in = walk->ray.direction, normal = view->shading_normal;
+    if (vec3_dot(optics_reflect(in, normal), view->normal) <= 0)
+        normal = view->normal;
+    child.ray = leaving(view, optics_reflect(in, normal), true);
+    child.throughput = vec3_mul(walk->throughput, share);
+    if (plan->needs_footprints) {
+        double sign = view->hit.side == SIDE_ENTER ? 1 : -1;
+        struct vec3 by_x = vec3_scale(view->spread.normal_x, sign),
+                    by_y = vec3_scale(view->spread.normal_y, sign);
+        child.footprint =
+            (struct footprint){view->spread.position_x, view->spread.position_y,
+                               optics_reflect_change(in, normal, walk->footprint.direction_x, by_x),
+                               optics_reflect_change(in, normal, walk->footprint.direction_y, by_y)};
+    }
+    return child;
+}
+
+static struct walk straight(const struct walk *walk, const struct view *view, struct vec3 share)
+{
+    struct walk child = *walk;
+    child.ray.t_min = view->hit.t;
+    child.ray.key_min = hit_key(view->hit.id, view->hit.side);
+    child.throughput = vec3_mul(walk->throughput, share);
+    return child;
+}
+
+static struct walk refracted(const struct plan *plan, const struct walk *walk, const struct view *view,
+                             const struct refraction *refraction, struct vec3 normal)
+{
+    struct walk child = *walk;
+    struct vec3 in = walk->ray.direction;
+    child.ray = leaving(view, optics_refract(refraction, in, normal), false);
+    child.ray.t_min = -child.ray.t_min;
+    child.throughput =
+        vec3_mul(walk->throughput, vec3_scale(view->material->filter, 1 - refraction->reflectance));
+    if (plan->needs_footprints) {
+        double sign = view->hit.side == SIDE_ENTER ? 1 : -1;
+        struct vec3 by_x = vec3_scale(view->spread.normal_x, sign),
+                    by_y = vec3_scale(view->spread.normal_y, sign);
+        child.footprint = (struct footprint){
+            view->spread.position_x, view->spread.position_y,
+            optics_refract_change(refraction, in, normal, walk->footprint.direction_x, by_x),
+            optics_refract_change(refraction, in, normal, walk->footprint.direction_y, by_y)};
+    }
+    return child;
+}
+
+static double ior_of(const struct plan *plan, const struct walk *walk)
+{
+    if (walk->depth_inside == 0)
+        return 1;
+    return plan->materials[plan->objects[walk->inside[walk->depth_inside - 1]].material].ior;
+}
+
+/* The innermost place of an object among those that the walk is inside of, or −1. */
+static int find_inside(const struct walk *walk, uint32_t object)
+{
+    int at = (int)walk->depth_inside - 1;
+    while (at >= 0 && walk->inside[at] != object)
+        at--;
+    return at;
+}
+
+/* Into the object of the hit, or out of it. */
+static void cross(struct walk *walk, uint32_t object, enum side side)
+{
+    int at = find_inside(walk, object);
+    if (side == SIDE_ENTER) {
+        assert_true(walk->depth_inside < INSIDE_MAX);
+        walk->inside[walk->depth_inside++] = object;
+    } else if (at >= 0) {
+        memmove(&walk->inside[at], &walk->inside[at + 1],
+                (size_t)(walk->depth_inside - 1 - (unsigned)at) * sizeof *walk->inside);
+        walk->depth_inside--;
+    }
+}
+
+static void follow_dielectric(const struct plan *plan, const struct walk *walk, const struct view *view,
+                              unsigned level, uint8_t *path, struct findings *findings)
+{
+    uint32_t object = object_of(plan, &view->hit);
+    struct walk beyond = *walk, child;
+    bool held = find_inside(walk, object) >= 0;
+    if (view->hit.t <= -walk->ray.t_min && held == (view->hit.side == SIDE_ENTER)) {
+        child = straight(walk, view, vec3_make(1, 1, 1));
+        follow_child(plan, &child, level, path, 1, findings);
+        return;
+    }
+    cross(&beyond, object, view->hit.side);
+    double from = ior_of(plan, walk), to = ior_of(plan, &beyond);
+    if (from == to) {
+        child = straight(&beyond, view, view->material->filter);
+        follow_child(plan, &child, level, path, 1, findings);
+        return;
+    }
+    struct vec3 normal = view->shading_normal, in = walk->ray.direction;
+    struct refraction refraction = optics_refraction(in, normal, from, to);
+    if (!refraction.total && vec3_dot(optics_refract(&refraction, in, normal), view->normal) >= 0) {
+        normal = view->normal;
+        refraction = optics_refraction(in, normal, from, to);
+    }
+    double reflectance = refraction.reflectance;
+    child = mirrored(plan, walk, view, vec3_make(reflectance, reflectance, reflectance));
+    follow_child(plan, &child, level, path, 0, findings);
+    if (reflectance < 1) {
+        child = refracted(plan, &beyond, view, &refraction, normal);
+        follow_child(plan, &child, level, path, 1, findings);
+    }
+}
+
+static void follow(const struct plan *plan, struct walk *walk, unsigned level, uint8_t *path,
+                   struct findings *findings)
+{
+    struct hit hits[256];
+    size_t count = roots_of(plan, &walk->ray, hits, 256);
+    if (count == 0) {
+        note(findings, level, path, vec3_mul(walk->throughput, surroundings(plan, walk)));
+        return;
+    }
+    sort_hits(hits, count);
+    struct view view = view_of(plan, walk, &hits[0]);
+    if (walk->depth_inside > 0) {
+        const struct plan_material *medium =
+            &plan->materials[plan->objects[walk->inside[walk->depth_inside - 1]].material];
+        double start = walk->ray.key_min == KEY_NONE ? 0 : walk->ray.t_min;
+        if (medium->absorbs)
+            walk->throughput = vec3_mul(walk->throughput, absorbed(medium, view.hit.t - start));
+    }
+    note(findings, level, path, vec3_mul(walk->throughput, local_radiance(plan, walk, &view)));
+    if (level == plan->depth)
+        return;
+    if (view.material->dielectric) {
+        follow_dielectric(plan, walk, &view, level, path, findings);
+        return;
+    }
+    if (view.material->mirrors) {
+        struct walk child = mirrored(plan, walk, &view, view.material->reflection);
+        follow_child(plan, &child, level, path, 0, findings);
+    }
+    if (view.material->transmits) {
+        struct walk child =
+            straight(walk, &view, vec3_scale(view.material->filter, view.material->transparency));
+        follow_child(plan, &child, level, path, 1, findings);
+    }
+}
+
+/* --- pixels ---------------------------------------------------------------------------------------------- */
+
+static struct walk camera_walk(const struct plan *plan, uint32_t x, uint32_t y, uint32_t index)
+{
+    struct sample_position at = sample_position(x, y, index, plan->settings.samples);
+    const struct plan_camera *camera = &plan->camera;
+    struct vec3 v = vec3_add_scaled(camera->corner, camera->right, x + at.x);
+    v = vec3_add_scaled(v, camera->down, y + at.y);
+    struct vec3 d = vec3_normalize(v);
+    struct walk walk = {.ray = {.direction = d, .t_max = INFINITY, .key_min = KEY_NONE, .from = PRIMITIVE_NONE},
+                        .throughput = {1, 1, 1},
+                        .depth_inside = (unsigned)plan->camera_media_count};
+    for (size_t i = 0; i < plan->camera_media_count; i++)
+        walk.inside[i] = plan->camera_media[i];
+    if (plan->needs_footprints) {
+        double scale = 1 / sqrt(plan->settings.samples) / vec3_length(v);
+        struct vec3 right = vec3_add_scaled(camera->right, d, -vec3_dot(camera->right, d));
+        struct vec3 down = vec3_add_scaled(camera->down, d, -vec3_dot(camera->down, d));
+        walk.footprint.direction_x = vec3_scale(right, scale);
+        walk.footprint.direction_y = vec3_scale(down, scale);
+    }
+    return walk;
+}
+
+/* The mean of the pixel's samples. */
+static struct vec3 recursive_pixel(const struct plan *plan, uint32_t x, uint32_t y)
+{
+    struct vec3 pixel = {0, 0, 0};
+    uint32_t samples = plan->settings.samples;
+    for (uint32_t index = 0; index < samples; index++) {
+        struct findings findings = {0};
+        uint8_t path[SCENE_DEPTH_MAX + 1] = {0};
+        struct walk walk = camera_walk(plan, x, y, index);
+        follow(plan, &walk, 0, path, &findings);
+        qsort(findings.items, findings.count, sizeof *findings.items, compare_findings);
+        struct vec3 radiance = {0, 0, 0};
+        for (size_t i = 0; i < findings.count; i++)
+            radiance = vec3_add(radiance, findings.items[i].radiance);
+        pixel = vec3_add(pixel, radiance);
+        free(findings.items);
+    }
+    return vec3_make(pixel.x / samples, pixel.y / samples, pixel.z / samples);
+}
+
+#endif
