@@ -9,10 +9,11 @@
 #include "trace/kernel.h"
 #include "trace/plan.h"
 
-enum { OPTION_HELP = 256 };
+enum { OPTION_HELP = 256, OPTION_VERSION };
 
 static const struct option_spec options[] = {
     {OPTION_HELP, "help", NULL, "print this and exit"},
+    {OPTION_VERSION, "version", NULL, "print the version and exit"},
     {0},
 };
 
@@ -23,9 +24,10 @@ static enum status handle_option(void *context, int key, const char *argument, s
         puts("usage: weft check SCENE\n"
              "Checks a scene with all that it reaches and prints what rendering it needs.\n");
         options_help(stdout, options);
-        exit(STATUS_OK);
+    } else {
+        puts("weft " WEFT_VERSION);
     }
-    return STATUS_OK;
+    exit(STATUS_OK);
 }
 
 static void print_primitives(const struct plan *plan)

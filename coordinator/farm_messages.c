@@ -192,7 +192,8 @@ static struct peer *add_peer(struct farm *farm, const struct wire_peer *address,
     farm->peers = memory_grow(farm->peers, &farm->peer_capacity, farm->peer_count + 1, sizeof *farm->peers);
     struct peer *peer = &farm->peers[farm->peer_count++];
     *peer = (struct peer){.number = (uint32_t)farm->peer_count, .address = *address, .pid = hello->hello.pid,
-                          .threads = hello->hello.threads, .rate_from_ms = clock_now_ms()};
+                          .threads = hello->hello.threads, .joined_ms = clock_now_ms()};
+    peer->rate_from_ms = peer->joined_ms;
     randombytes_buf(&peer->epoch, sizeof peer->epoch);
     memcpy(peer->host, hello->hello.host, sizeof peer->host);
     memcpy(peer->kernel, hello->hello.kernel, sizeof peer->kernel);
@@ -248,6 +249,17 @@ static void take_failure(struct farm *farm, struct peer *peer, const struct mess
     farm_lose_peer(farm, peer, false);
 }
 
+static uint64_t rays_in(const struct assembly *assembly, uint32_t rows, const uint8_t *records)
+{
+    uint64_t rays = 0;
+    for (uint32_t i = 0; i < rows; i++) {
+        struct row_figures figures;
+        row_record_decode(records + i * assembly_record_bytes(assembly), &figures);
+        rays += row_figures_rays(&figures);
+    }
+    return rays;
+}
+
 static void take_result(struct farm *farm, struct peer *peer, const struct message *message)
 {
     struct action grant;
@@ -266,6 +278,7 @@ static void take_result(struct farm *farm, struct peer *peer, const struct messa
         return;
     peer->bands_done++;
     peer->rows_done += grant.rows;
+    peer->rays_returned += rays_in(farm->jobs[grant.job]->assembly, grant.rows, records.data);
     farm_tell(farm, &(struct event){.kind = EVENT_RESULT, .worker = peer->number, .lease = message->result.lease},
               records.data);
     bytes_finish(&records);
@@ -295,7 +308,8 @@ static void take_peer_message(struct farm *farm, struct peer *peer, const struct
         farm_tell(farm, &(struct event){.kind = EVENT_DRAIN, .worker = peer->number}, NULL);
         break;
     case MESSAGE_GOODBYE:
-        log_info("worker %u (%s) said goodbye", peer->number, peer->host);
+        if (!farm->ending)
+            log_info("worker %u (%s) said goodbye", peer->number, peer->host);
         farm_lose_peer(farm, peer, false);
         break;
     default:

@@ -16,7 +16,7 @@ static enum worker_state state_of(const struct farm *farm, const struct peer *pe
     return peer->bands_done > 0 ? WORKER_IDLE : WORKER_LOADING;
 }
 
-static struct worker_snapshot show_peer(const struct farm *farm, const struct peer *peer)
+static struct worker_snapshot show_peer(const struct farm *farm, const struct peer *peer, int64_t now_ms)
 {
     struct worker_snapshot view = {
         .number = peer->number,
@@ -26,16 +26,11 @@ static struct worker_snapshot show_peer(const struct farm *farm, const struct pe
         .threads = peer->threads,
         .bands_done = peer->bands_done,
         .rows_done = peer->rows_done,
-        .rays = peer->rays,
-        .rays_per_second = peer->gone ? 0 : peer->rays_per_second,
+        .rays = peer_rays(peer),
+        .rays_per_second = peer_rate(peer, now_ms),
     };
     view.state = state_of(farm, peer, &view.bands_held);
     return view;
-}
-
-static uint64_t rays_of(const struct row_figures *figures)
-{
-    return figures->samples + figures->secondary_rays + figures->shadow_rays;
 }
 
 static struct job_snapshot show_job(const struct farm *farm, size_t index, int64_t now_ms)
@@ -50,7 +45,7 @@ static struct job_snapshot show_job(const struct farm *farm, size_t index, int64
         .samples = job->settings.samples,
         .rows_done = job->rows_done,
         .rows_in_work = scheduler_rows_leased(farm->scheduler, (uint32_t)index),
-        .rays = rays_of(&job->figures),
+        .rays = row_figures_rays(&job->figures),
         .remaining_seconds = -1,
     };
     if (job->state == JOB_WAITING)
@@ -82,7 +77,7 @@ void farm_show(struct farm *farm, bool last)
         snapshot.rays += jobs[i].rays;
     }
     for (size_t i = 0; i < farm->peer_count; i++) {
-        workers[i] = show_peer(farm, &farm->peers[i]);
+        workers[i] = show_peer(farm, &farm->peers[i], now_ms);
         snapshot.rays_per_second += workers[i].rays_per_second;
     }
     if (last)

@@ -69,3 +69,17 @@ void peer_take_beat(struct peer *peer, uint64_t rays, int64_t now_ms)
     peer->rate_from_ms = now_ms;
     peer->rate_from_rays = rays;
 }
+
+uint64_t peer_rays(const struct peer *peer)
+{
+    return peer->rays > peer->rays_returned ? peer->rays : peer->rays_returned;
+}
+
+double peer_rate(const struct peer *peer, int64_t now_ms)
+{
+    if (peer->gone)
+        return 0;
+    if (peer->rate_from_ms > peer->joined_ms || now_ms <= peer->joined_ms)
+        return peer->rays_per_second;
+    return (double)peer_rays(peer) * 1000 / (double)(now_ms - peer->joined_ms);
+}

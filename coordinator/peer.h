@@ -31,7 +31,9 @@ struct peer {
     size_t incoming_count, incoming_capacity;
     uint32_t bands_done;
     uint64_t rows_done;
-    uint64_t rays;          /* as it said in its last beat */
+    uint64_t rays_returned; /* in the bands that it returned */
+    uint64_t rays;          /* as it said in its last beat, which also counts bands in work */
+    int64_t joined_ms;
     bool beaten;            /* it has sent a beat */
     int64_t rate_from_ms;   /* start of the span over which the rate is measured */
     uint64_t rate_from_rays;
@@ -47,6 +49,10 @@ bool peer_take_chunk(struct peer *peer, const struct message *result, uint64_t t
 
 /* Forgets what has come under that lease. */
 void peer_drop(struct peer *peer, uint64_t lease);
+
+/* Rays traced as far as is known, and how many a second: over the last few seconds, or since joining in the first. */
+uint64_t peer_rays(const struct peer *peer);
+double peer_rate(const struct peer *peer, int64_t now_ms);
 
 /* Takes the rays that a beat tells, for the rate. They count from the worker's start, which may be long before it joined,
  * so the first beat only begins a span. */

@@ -1,6 +1,7 @@
 /* weft render */
 #include <errno.h>
 #include <inttypes.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +16,8 @@
 #include "trace/kernel.h"
 #include "wire/socket.h"
 
-enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_BAND, OPTION_KERNEL, OPTION_PROGRESS, OPTION_INSECURE, OPTION_HELP };
+enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_BAND, OPTION_KERNEL, OPTION_PROGRESS, OPTION_INSECURE, OPTION_HELP,
+       OPTION_VERSION };
 
 static const struct option_spec options[] = {
     {'o', "output", "OUT", "file (.png, .pfm), or with several scenes a folder"},
@@ -32,6 +34,7 @@ static const struct option_spec options[] = {
     {'q', "quiet", NULL, "say only what is wrong"},
     {'v', "verbose", NULL, "say more"},
     {OPTION_HELP, "help", NULL, "print this and exit"},
+    {OPTION_VERSION, "version", NULL, "print the version and exit"},
     {0},
 };
 
@@ -133,6 +136,9 @@ static enum status handle_option(void *context, int key, const char *argument, s
     case OPTION_HELP:
         print_help();
         exit(STATUS_OK);
+    case OPTION_VERSION:
+        puts("weft " WEFT_VERSION);
+        exit(STATUS_OK);
     default:
         return take_choice(a, key, argument, error);
     }
@@ -183,13 +189,24 @@ static char *output_of(const struct arguments *a, const char *scene, bool severa
     return path;
 }
 
+static bool is_picture_name(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    return dot && (strcmp(dot, ".png") == 0 || strcmp(dot, ".pfm") == 0);
+}
+
 static enum status make_folder(const char *folder, struct error *error)
 {
     struct stat info;
-    if (mkdir(folder, 0777) == 0 || (errno == EEXIST && stat(folder, &info) == 0 && S_ISDIR(info.st_mode)))
+    if (stat(folder, &info) == 0 && S_ISDIR(info.st_mode))
         return STATUS_OK;
-    return error_set(error, STATUS_OUTPUT, "%s: expected a folder for the pictures: %s", folder,
-                     errno == EEXIST ? "it is a file" : strerror(errno));
+    if (stat(folder, &info) == 0)
+        return error_set(error, STATUS_OUTPUT, "%s: expected a folder for the pictures: it is a file", folder);
+    if (is_picture_name(folder))
+        return error_set(error, STATUS_USAGE, "%s: expected a folder for the pictures of several scenes", folder);
+    if (mkdir(folder, 0777) == 0)
+        return STATUS_OK;
+    return error_set(error, STATUS_OUTPUT, "%s: expected a folder for the pictures: %s", folder, strerror(errno));
 }
 
 /* Two scenes of one command must not write the same file. */
@@ -236,13 +253,12 @@ static void say_done(const struct render_job *job, void *context)
     if (a->quiet || strcmp(a->progress, "json") == 0)
         return;
     double seconds = (double)(job->ended_ms - job->started_ms) / 1000;
-    double rays = (double)(job->figures.samples + job->figures.secondary_rays + job->figures.shadow_rays);
+    double rays = (double)row_figures_rays(&job->figures);
     char count[16], rate[16];
     format_count(count, rays);
     format_count(rate, seconds > 0 ? rays / seconds : 0);
-    printf("%s: %u×%u, %u samples a pixel, %.2f s, %s rays, %s rays/s\n", job->output_path, job->settings.width,
-           job->settings.height, job->settings.samples, seconds, count, rate);
-    fflush(stdout);
+    log_result("%s: %u×%u, %u samples a pixel, %.2f s, %s rays, %s rays/s", job->output_path, job->settings.width,
+               job->settings.height, job->settings.samples, seconds, count, rate);
 }
 
 static struct progress *make_progress(const struct arguments *a)
@@ -295,6 +311,7 @@ int command_render(int argc, char **argv)
     if (status == STATUS_OK)
         status = check_arguments(&a, argc - first, &error);
     if (status == STATUS_OK) {
+        signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the write that met the limit */
         log_start("weft", a.quiet ? LOG_WARNING : a.verbose ? LOG_DEBUG : LOG_INFO);
         status = render(&a, argv + first, argc - first, &interrupted, &error);
     }

@@ -31,13 +31,15 @@ struct job {
     size_t band_count, band_capacity;
     uint32_t *waiting; /* bands to be handed out again, first in first out from waiting_at */
     size_t waiting_at, waiting_count, waiting_capacity;
-    int64_t answered_ms; /* sum over accepted bands of the time they were out */
+    int64_t answered_ms; /* sum over accepted bands of the time that the worker needed which answered; what others
+                          * wasted on them must not lengthen the patience */
     uint32_t answered;
 };
 
 struct lease {
     uint64_t id;
     uint32_t job, band;
+    int64_t granted_ms;
 };
 
 enum readiness { READINESS_NONE, READINESS_ANNOUNCED, READINESS_READY };
@@ -138,7 +140,9 @@ size_t scheduler_held(const struct scheduler *s, uint32_t worker)
 uint32_t scheduler_rows_leased(const struct scheduler *s, uint32_t job)
 {
     uint32_t rows = 0;
-    for (size_t i = 0; job < s->job_count && i < s->jobs[job].band_count; i++)
+    if (job >= s->job_count || s->jobs[job].over)
+        return 0;
+    for (size_t i = 0; i < s->jobs[job].band_count; i++)
         if (s->jobs[job].bands[i].state == BAND_LEASED)
             rows += s->jobs[job].bands[i].rows;
     return rows;
@@ -208,7 +212,7 @@ static void grant(struct scheduler *s, struct worker *w, uint32_t job_number, ui
         band->granted_ms = s->now_ms;
     band->state = BAND_LEASED;
     w->leases = memory_grow(w->leases, &w->lease_capacity, w->lease_count + 1, sizeof *w->leases);
-    w->leases[w->lease_count++] = (struct lease){s->next_lease, job_number, band_number};
+    w->leases[w->lease_count++] = (struct lease){s->next_lease, job_number, band_number, s->now_ms};
     act(s, (struct action){ACTION_GRANT, w->number, job_number, band->first_row, band->rows, s->next_lease});
     s->next_lease++;
 }
@@ -249,19 +253,19 @@ static void end_job(struct scheduler *s, uint32_t number, struct action last)
         s->first_open_job++;
 }
 
-static void accept(struct scheduler *s, uint32_t job_number, uint32_t band_number)
+static void accept(struct scheduler *s, const struct lease *answered)
 {
-    struct job *job = &s->jobs[job_number];
-    struct band *band = &job->bands[band_number];
+    struct job *job = &s->jobs[answered->job];
+    struct band *band = &job->bands[answered->band];
     band->state = BAND_DONE;
     band->holders = 0;
     job->accepted_rows += band->rows;
-    job->answered_ms += s->now_ms - band->granted_ms;
+    job->answered_ms += s->now_ms - answered->granted_ms;
     job->answered++;
-    act(s, (struct action){.kind = ACTION_ACCEPT, .job = job_number, .first_row = band->first_row, .rows = band->rows});
-    revoke_band(s, job_number, band_number);
+    act(s, (struct action){.kind = ACTION_ACCEPT, .job = answered->job, .first_row = band->first_row, .rows = band->rows});
+    revoke_band(s, answered->job, answered->band);
     if (job->accepted_rows == job->rows)
-        end_job(s, job_number, (struct action){.kind = ACTION_DONE, .job = job_number});
+        end_job(s, answered->job, (struct action){.kind = ACTION_DONE, .job = answered->job});
 }
 
 /* --- workers coming and going --------------------------------------------------------------------------------------- */
@@ -424,7 +428,7 @@ static void take_result(struct scheduler *s, struct worker *w, uint64_t id)
         return; /* revoked meanwhile: the band is done already */
     struct lease answered = *lease;
     drop_lease(w, lease);
-    accept(s, answered.job, answered.band);
+    accept(s, &answered);
 }
 
 static void handle_worker_event(struct scheduler *s, struct worker *w, const struct event *event)

@@ -87,7 +87,7 @@ static enum status handle_option(void *context, int key, const char *argument, s
         settings->once = true;
         break;
     case OPTION_WAIT:
-        status = options_integer("--wait", argument, 0, 1000000000, &number, error);
+        status = options_integer("--wait", argument, 1, 1000000000, &number, error);
         if (status == STATUS_OK)
             settings->wait_ms = number * 1000;
         break;
@@ -232,14 +232,15 @@ static void take_outcomes(struct worker *w)
                                           .reason = outcome.error.text, .records = &outcome.bytes});
 }
 
+/* A signal that ends at once does so without joining the render threads, whose tiles can take minutes. */
 static void take_signals(struct worker *w)
 {
     struct signalfd_siginfo info;
     while (read(w->signals, &info, sizeof info) == (ssize_t)sizeof info) {
         if (info.ssi_signo == SIGINT)
-            finish(w, EXIT_INTERRUPTED);
+            _exit(EXIT_INTERRUPTED);
         else if (++w->terminations > 1)
-            finish(w, EXIT_TERMINATED);
+            _exit(EXIT_TERMINATED);
         else
             handle(w, &(struct session_event){.kind = SESSION_DRAIN});
     }

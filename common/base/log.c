@@ -34,23 +34,33 @@ static void disarm(char *text)
             *text = '?';
 }
 
+static void write_whole(int file, char *line, size_t length)
+{
+    disarm(line);
+    line[length++] = '\n';
+    if (log_state.hide)
+        log_state.hide(log_state.context);
+    ssize_t ignored = write(file, line, length);
+    (void)ignored;
+    if (log_state.show)
+        log_state.show(log_state.context);
+}
+
+/* How long what snprintf returned really is, in a buffer with `room` bytes. */
+static size_t written(int returned, size_t room)
+{
+    return returned < 0 ? 0 : (size_t)returned < room ? (size_t)returned : room - 1;
+}
+
 static void write_line(enum log_level level, const char *kind, const char *format, va_list arguments)
 {
     if (level > log_state.level)
         return;
     char line[2048];
-    size_t length = (size_t)snprintf(line, sizeof line - 1, "%s: %s", log_state.program, kind);
-    int more = vsnprintf(line + length, sizeof line - 1 - length, format, arguments);
-    if (more > 0)
-        length += (size_t)more < sizeof line - 1 - length ? (size_t)more : sizeof line - 2 - length;
-    disarm(line);
-    line[length++] = '\n';
-    if (log_state.hide)
-        log_state.hide(log_state.context);
-    ssize_t ignored = write(STDERR_FILENO, line, length);
-    (void)ignored;
-    if (log_state.show)
-        log_state.show(log_state.context);
+    size_t room = sizeof line - 1; /* for the newline */
+    size_t length = written(snprintf(line, room, "%s: %s", log_state.program, kind), room);
+    length += written(vsnprintf(line + length, room - length, format, arguments), room - length);
+    write_whole(STDERR_FILENO, line, length);
 }
 
 void log_error(const char *format, ...)
@@ -83,4 +93,14 @@ void log_debug(const char *format, ...)
     va_start(arguments, format);
     write_line(LOG_DEBUG, "debug: ", format, arguments);
     va_end(arguments);
+}
+
+void log_result(const char *format, ...)
+{
+    char line[2048];
+    va_list arguments;
+    va_start(arguments, format);
+    size_t length = written(vsnprintf(line, sizeof line - 1, format, arguments), sizeof line - 1);
+    va_end(arguments);
+    write_whole(STDOUT_FILENO, line, length);
 }

@@ -1,5 +1,5 @@
 /*
- * Lines for a person on standard error: "weft: text". Each call writes one whole line with one write, so
+ * Lines for a person: "weft: text" on standard error, and results on standard output. Each call writes one whole line with one write, so
  * lines of several processes do not mix. A line is cut after 2,046 bytes; control characters become '?'.
  */
 #ifndef WEFT_BASE_LOG_H
@@ -18,5 +18,8 @@ void log_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void log_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void log_info(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void log_debug(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* A line of result on standard output, which a live display steps aside for as well. */
+void log_result(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 #endif

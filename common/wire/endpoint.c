@@ -91,7 +91,7 @@ static enum status parse_tcp(const char *text, const char *host_port, const char
     const char *port;
     if (*host_port != '[' && is_ipv6(host_port))
         return refuse(error, text, "an IPv6 address goes in brackets, as in [::1]:7420");
-    if (!split(host_port, host, &port) || !host_is_known_form(host))
+    if (strstr(host_port, "://") || !split(host_port, host, &port) || !host_is_known_form(host))
         return refuse(error, text, "expected tcp://HOST:PORT, HOST:PORT, HOST or ipc://PATH");
     if (host_port[strlen(host)] == '\0')
         port = port_default;

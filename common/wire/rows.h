@@ -19,6 +19,12 @@ struct row_figures {
     uint64_t shadow_rays;
 };
 
+/* Rays of every kind. */
+static inline uint64_t row_figures_rays(const struct row_figures *figures)
+{
+    return figures->samples + figures->secondary_rays + figures->shadow_rays;
+}
+
 enum { ROW_FIGURES_BYTES = 24 };
 
 /* Bytes of one record whose pixels take row_bytes. */

@@ -226,9 +226,9 @@ static void test_round_trip(void **state)
 static void test_layout(void **state)
 {
     (void)state;
-    static const uint8_t band[] = {'W', 'E', 'F', 'T', 1, 0, 10, 8, 7, 6, 5, 4, 3, 2, 1, 4, 3, 2, 1, 9, 0, 0,
+    static const uint8_t band[] = {'W', 'E', 'F', 'T', 1, 0, 11, 8, 7, 6, 5, 4, 3, 2, 1, 4, 3, 2, 1, 9, 0, 0,
                                    0,   0,   0,   0,   0, 2, 0,  0, 0, 0, 1, 0, 0, 16, 0, 0, 0};
-    static const uint8_t refuse[] = {'W', 'E', 'F', 'T', 1, 0, 7, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 'n', 'o'};
+    static const uint8_t refuse[] = {'W', 'E', 'F', 'T', 1, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 'n', 'o'};
     struct message message = {.kind = MESSAGE_BAND, .epoch = 0x0102030405060708};
     message.band.job = 0x01020304;
     message.band.lease = 9;
@@ -275,7 +275,7 @@ static void test_wrong_start(void **state)
     static const unsigned wrong_kinds[] = {0, MESSAGE_KINDS, 255};
     for (size_t i = 0; i < 3; i++) {
         overwrite(&bytes, 6, wrong_kinds[i], 1);
-        assert_refused(&bytes, "expected a kind from 1 to 15");
+        assert_refused(&bytes, "expected a kind from 1 to 16");
     }
     overwrite(&bytes, 4, 259, 2);
     bytes.size = 6; /* nothing behind the version counts */

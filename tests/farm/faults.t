@@ -1,0 +1,106 @@
+#!/bin/bash
+# Whatever dies, the picture has the same bytes or there is none, nothing hangs and nothing is left behind.
+. tests/tap.sh
+
+"$weft" render "${slow[@]}" -q -o "$tmp/slow.png"
+mkdir "$tmp/pictures"
+endless=(--size 400x9999 --band 1) # beside the options of "slow": minutes, but a row soon
+
+# render LABEL OPTION...: starts the slow render in the background.
+render() {
+    local label=$1
+    shift
+    start "$label" "$weft" render "${slow[@]}" --threads 2 --progress json -o "$tmp/pictures/$label.png" "$@"
+}
+
+# complete NAME LABEL: the render $pid ends well, with the right picture and nothing else.
+complete() {
+    ends 0 "$1: the render is completed" "$pid" 30 "$2"
+    same_bytes "$1: the picture is the same" "$tmp/pictures/$2.png" "$tmp/slow.png"
+    rm -f "$tmp/pictures/$2.png"
+    ok "$1: nothing else is written" is_empty "$tmp/pictures"
+}
+
+# --- a worker is killed ---------------------------------------------------------------------------------------
+for moment in "2 0" "2 $((slow_rows / 2))" "3 1" "3 $((slow_rows * 3 / 4))"; do
+    read -r workers rows <<<"$moment"
+    name="one of $workers local workers killed at $rows rows"
+    render "killed-$workers-$rows" --workers "$workers"
+    wait_until "has_rows killed-$workers-$rows $rows && [ -n \"\$(processes weft-worker)\" ]" 20
+    kill -KILL "$(processes weft-worker "$pid" | head -n 1)"
+    complete "$name" "killed-$workers-$rows"
+    like "$name: it is told" "$(cat "$tmp/killed-$workers-$rows.err")" 'process [0-9]+ was ended by signal 9 \(Killed\)'
+done
+
+render stopped --workers 2
+wait_until "has_rows stopped 5" 20
+kill -STOP "$(processes weft-worker "$pid" | head -n 1)"
+complete "one of 2 local workers hung" stopped
+ok "the hung worker is gone" wait_until '[ -z "$(processes weft-worker)" ]' 2
+
+render remote --workers 0 --listen 'tcp://127.0.0.1:*'
+coordinator=$pid
+listening remote
+start victim "$worker" --threads 1 "$endpoint"
+victim=$pid
+start survivor "$worker" --threads 1 --once "$endpoint"
+survivor=$pid
+wait_until "has_rows remote $((slow_rows / 3))" 20
+slay "$victim"
+pid=$coordinator
+complete "one of 2 remote workers killed" remote
+ends 0 "the other one ends well" "$survivor" 5 survivor
+
+render last --workers 0 --listen 'tcp://127.0.0.1:*'
+coordinator=$pid
+listening last
+start victim "$worker" --threads 2 "$endpoint"
+victim=$pid
+wait_until "has_rows last 10" 20
+slay "$victim"
+start heir "$worker" --threads 2 --once "$endpoint"
+pid=$coordinator
+complete "the only remote worker killed, another one comes" last
+
+# --- all of them, again and again -----------------------------------------------------------------------------
+render hopeless --workers 2 "${endless[@]}"
+while ! is_over "$pid" && [ "$SECONDS" -lt 100 ]; do
+    for process in $(processes weft-worker "$pid"); do
+        kill -KILL "$process" 2>/dev/null
+    done
+done
+ends 1 "with all local workers killed again and again the render fails" "$pid" 5 hopeless
+like "and says so" "$(tail -n 1 "$tmp/hopeless.err")" '^weft: .*(all local workers have died|lost)'
+ok "nothing is written" is_empty "$tmp/pictures"
+ok "no worker is left" [ -z "$(processes weft-worker)" ]
+
+# --- the coordinator is ended ---------------------------------------------------------------------------------
+for end in "INT 130" "TERM 143" "HUP 129"; do
+    read -r signal expected <<<"$end"
+    for moment in waiting rendering; do
+        label=$signal-$moment
+        if [ $moment = waiting ]; then
+            render "$label" --workers 0 --listen 'tcp://127.0.0.1:*'
+            listening "$label"
+        else
+            render "$label" --workers 2 "${endless[@]}"
+            wait_until "has_rows $label 1" 20
+        fi
+        kill "-$signal" "$pid"
+        ends "$expected" "SIG$signal while $moment: exit status $expected" "$pid" 2 "$label"
+        ok "SIG$signal while $moment: no picture, no temporary file" is_empty "$tmp/pictures"
+        ok "SIG$signal while $moment: no worker is left" [ -z "$(processes weft-worker)" ]
+        ok "SIG$signal while $moment: no socket is left" is_empty "$tmp/run/weft"
+        like "SIG$signal while $moment: it is told" "$(cat "$tmp/$label.err")" '^weft: interrupted'
+    done
+done
+
+render orphans --workers 2 "${endless[@]}"
+wait_until "has_rows orphans 1" 20
+slay "$pid"
+ok "local workers end with a coordinator that is killed" wait_until '[ -z "$(processes weft-worker)" ]' 2
+ok "there is no picture" absent "$tmp/pictures/orphans.png"
+exits 0 "the next render works" "$weft" render "$scenes/first.json" --size 40x20 -q -o "$tmp/pictures/orphans.png"
+ok "the socket that the killed one left is removed" is_empty "$tmp/run/weft"
+
+finish

@@ -1,0 +1,97 @@
+#!/bin/bash
+# An output appears whole or not at all; what cannot be written is told before the render, with the path.
+. tests/tap.sh
+
+quick=("$scenes/first.json" --size 64x36 --samples 2)
+"$weft" render "${quick[@]}" -q -o "$tmp/good.png"
+"$weft" render "${slow[@]}" -q -o "$tmp/slow.png"
+
+# refused STATUS NAME OUTPUT PATTERN: that output is refused with a sentence like the pattern, on one line.
+refused() {
+    exits "$1" "$2" "$weft" render "${quick[@]}" -q -o "$3"
+    like "$2: the sentence" "$err" "^weft: $4"
+    is "$2: it is one line" "$(wc -l <<<"$err")" 1
+}
+
+# --- what cannot be an output ---------------------------------------------------------------------------------
+mkdir "$tmp/folder.png"
+mkfifo "$tmp/pipe.png"
+ln -s nowhere/else.png "$tmp/dangling.png"
+refused 4 "a missing folder" "$tmp/missing/a.png" "$tmp/missing/a.png: .*No such file"
+refused 4 "a file as a folder" "$tmp/good.png/a.png" "$tmp/good.png/a.png: .*Not a directory"
+refused 4 "a folder as a file" "$tmp/folder.png" "$tmp/folder.png: .*found a folder"
+refused 4 "a pipe" "$tmp/pipe.png" "$tmp/pipe.png: .*found a pipe"
+refused 2 "a folder alone" "$tmp/folder.png/" "$tmp/folder.png/: expected an output that ends with"
+refused 4 "no name before the ending" "$tmp/$(printf 'x%.0s' {1..255}).png" "$tmp/x*\.png: .*File name too long"
+for name in a.jpg a.PNGx a png a.png.gz ''; do
+    refused 2 "an unknown ending: \"$name\"" "$tmp/$name" "$tmp/${name//./\\.}: expected an output that ends with"
+done
+ok "nothing is left in the folder" [ -z "$(find "$tmp" -name '.*.part')" ]
+
+if [ "$(id -u)" -ne 0 ]; then
+    mkdir -m 555 "$tmp/locked"
+    refused 4 "a folder without permission to write" "$tmp/locked/a.png" "$tmp/locked/a.png: .*Permission denied"
+else
+    refused 4 "a folder that nobody can write to" /proc/self/a.png "/proc/self/a.png: .*"
+fi
+
+exits 0 "a link to nowhere is replaced" "$weft" render "${quick[@]}" -q -o "$tmp/dangling.png"
+same_bytes "by the picture" "$tmp/dangling.png" "$tmp/good.png"
+
+# --- a full disk ----------------------------------------------------------------------------------------------
+# full COMMAND...: runs it with $tmp/small as a file system of 16 KiB, which is listed afterwards.
+full() {
+    unshare --mount bash -c 'mount -t tmpfs -o size=16k small "$0" && cp "$1" "$0/old.png" && shift &&
+        { "$@"; status=$?; cmp "$0/old.png" "$GOOD" && ls -A "$0"; exit $status; }' "$tmp/small" "$tmp/good.png" "$@"
+}
+mkdir "$tmp/small"
+export -f full
+export tmp GOOD="$tmp/good.png"
+if ! full true >/dev/null 2>&1; then
+    skip "a full disk" "this user may not mount a file system"
+else
+    for format in png pfm; do
+        exits 4 "a full disk, .$format" \
+            bash -c 'full "$@"' full "$weft" render "$scenes/showcase.json" --size 200x120 -o "$tmp/small/new.$format"
+        like "is told with the path" "$err" "^weft: $tmp/small/new.$format: .*No space left"
+        is "nothing is left of it" "$out" old.png
+    done
+    exits 4 "a full disk under an old picture" \
+        bash -c 'full "$@"' full "$weft" render "$scenes/showcase.json" --size 200x120 --bits 16 -o "$tmp/small/old.png"
+    is "which keeps its bytes" "$out" old.png
+fi
+
+# A limit on the size of files, as batch systems set it.
+cp "$tmp/good.png" "$tmp/limited.png"
+exits 4 "a picture larger than files may be" \
+    bash -c 'ulimit -f 8 && exec "$@"' limited "$weft" render "$scenes/showcase.json" --size 200x120 -q -o "$tmp/limited.png"
+same_bytes "the old one keeps its bytes" "$tmp/limited.png" "$tmp/good.png"
+ok "nothing is left in the folder" [ -z "$(find "$tmp" -name '.*.part')" ]
+
+# --- an output that is there already --------------------------------------------------------------------------
+cp "$tmp/good.png" "$tmp/old.png"
+start interrupted "$weft" render "${slow[@]}" --progress json -o "$tmp/old.png"
+wait_until "has_rows interrupted 5" 20
+kill -INT "$pid"
+ends 130 "an interrupted render" "$pid" 2 interrupted
+same_bytes "leaves the old picture as it was" "$tmp/old.png" "$tmp/good.png"
+
+exits 3 "a bad scene" "$weft" render "$scenes/bad/zero-radius.json" -q -o "$tmp/old.png"
+same_bytes "leaves the old picture as it was" "$tmp/old.png" "$tmp/good.png"
+
+ln "$tmp/old.png" "$tmp/other-name.png"
+exec 3<"$tmp/old.png"
+start replacing "$weft" render "${slow[@]}" --progress json -o "$tmp/old.png"
+wait_until "has_rows replacing 5" 20
+same_bytes "while the new picture is rendered the old one is there" "$tmp/old.png" "$tmp/good.png"
+ends 0 "the new picture is completed" "$pid" 30 replacing
+same_bytes "and then in its place" "$tmp/old.png" "$tmp/slow.png"
+ok "whoever has the old one open still reads it" cmp - "$tmp/good.png" <&3
+exec 3<&-
+same_bytes "and another name of the old one still names it" "$tmp/other-name.png" "$tmp/good.png"
+
+umask 027
+exits 0 "with a umask" "$weft" render "${quick[@]}" -q -o "$tmp/masked.png"
+is "the picture has the permissions of any new file" "$(stat -c %a "$tmp/masked.png")" 640
+
+finish

@@ -1,0 +1,104 @@
+#!/bin/bash
+# Wrong command lines end with status 2 and one line that says what is wrong; help is complete.
+. tests/tap.sh
+
+# wrong PATTERN PROGRAM ARGUMENT...: the sentence is like the pattern.
+wrong() {
+    local pattern=$1
+    shift
+    local name="${1##*/} ${*:2}"
+    exits 2 "$name" "$@"
+    like "$name: the sentence" "$err" "^weft(-worker)?: $pattern"
+    is "$name: one line, and nothing on standard output" "$(wc -l <<<"$err")$out" 1
+}
+
+first=$scenes/first.json
+cd "$tmp" || exit 1
+
+wrong 'unknown command "nosuch"' "$weft" nosuch
+wrong 'unknown command "--nosuch"' "$weft" --nosuch
+wrong 'expected a scene' "$weft" render
+wrong '--nosuch: unknown' "$weft" render --nosuch "$first"
+wrong 'unknown option -Z' "$weft" render -Z "$first"
+wrong 'unknown option -Z' "$weft" render -qZ "$first"
+wrong '--size: expected an argument' "$weft" render "$first" --size
+wrong '-o: expected an argument' "$weft" render "$first" -o
+wrong '--quiet=1: unknown, ambiguous or wrongly used' "$weft" render --quiet=1 "$first"
+for size in 5 5x 0x5 5x0 -5x5 65536x5 5x5x5 5X5 ' 5x5' 5.5x5 1e2x5 99999999999999999999x1 ''; do
+    wrong "--size: expected WIDTHxHEIGHT, each from 1 to 65535, found \"$size\"" "$weft" render --size "$size" "$first"
+done
+for option in samples:65536 threads:4096 band:65535; do
+    most=${option#*:}
+    for number in 0 -1 $((most + 1)) 2.5 1e1 0x10 many '' 99999999999999999999; do
+        wrong "--${option%:*}: expected a whole number from 1 to $most, found \"$number\"" \
+            "$weft" render "--${option%:*}" "$number" "$first"
+    done
+done
+wrong '--workers: expected a whole number from 0 to 1024' "$weft" render --workers -1 "$first"
+wrong '--workers: expected a whole number from 0 to 1024' "$weft" render -w 1025 "$first"
+wrong '--workers 0 needs --listen' "$weft" render --workers 0 "$first"
+wrong '--bits: expected 8 or 16, found "12"' "$weft" render --bits 12 "$first"
+wrong '--progress: expected auto, bar, json or none, found "loud"' "$weft" render --progress loud "$first"
+wrong '--kernel: expected a kernel .*found "nosuch"' "$weft" render --kernel nosuch "$first"
+wrong '.*expected an output that ends with .png or .pfm' "$weft" render -o picture.jpg "$first"
+wrong '.*would both be written to first.png' "$weft" render "$first" "$first"
+
+wrong 'expected one scene' "$weft" check
+wrong 'expected one scene' "$weft" check "$first" "$first"
+wrong '--nosuch: unknown' "$weft" check --nosuch "$first"
+
+wrong 'expected one endpoint, found 0' "$worker"
+wrong 'expected one endpoint, found 2' "$worker" 127.0.0.1 127.0.0.2
+wrong '--threads: expected a whole number from 1 to 1024' "$worker" --threads 0 127.0.0.1
+wrong '--wait: expected a whole number from 1' "$worker" --wait -1 127.0.0.1
+wrong '--kernel: expected a kernel .*found "nosuch"' "$worker" --kernel nosuch 127.0.0.1
+wrong 'unknown option -Z' "$worker" -Z 127.0.0.1
+
+# --- endpoints ------------------------------------------------------------------------------------------------
+for endpoint in '' tcp:// tcp://127.0.0.1:0 127.0.0.1:65536 127.0.0.1:port tcp://:7420 'tcp://[::1' ipc:// udp://127.0.0.1:7420; do
+    wrong "endpoint \"${endpoint//[/\\[}\": expected" "$weft" render --listen "$endpoint" "$first"
+    wrong "endpoint \"${endpoint//[/\\[}\": expected" "$worker" "$endpoint"
+done
+for endpoint in tcp://0.0.0.0:7420 'tcp://*:7420' '*' 0.0.0.0:7420 192.0.2.1 'tcp://[::]:7420'; do
+    wrong '--listen: .*can be reached from other machines' "$weft" render --listen "$endpoint" "$first"
+done
+exits 0 "with --insecure every interface may be listened on" \
+    "$weft" render --listen 'tcp://0.0.0.0:*' --insecure --size 8x8 "$first" -o any.png
+like "which is told" "$err" 'listening on tcp://0\.0\.0\.0:[0-9]+'
+
+start busy "$weft" render --workers 0 --listen 'tcp://127.0.0.1:*' "$first" -o busy.png
+listening busy
+exits 1 "a port in use" "$weft" render --listen "$endpoint" "$first" -o other.png
+like "is told" "$err" "^weft: .*$endpoint.*(in use|Address already in use)"
+kill -TERM "$pid"
+ends 143 "who has it goes on until it is told to end" "$pid" 5 busy
+exits 1 "an address of another machine" "$weft" render --listen tcp://192.0.2.1:7420 --insecure "$first" -o other.png
+like "is told" "$err" '^weft: .*192\.0\.2\.1'
+ok "no picture was written" absent other.png
+
+# --- help -----------------------------------------------------------------------------------------------------
+cd "$OLDPWD" || exit 1
+exits 0 "weft --help" "$weft" --help
+commands=$out
+for command in $(sed -n 's/^    {"\([a-z]*\)", command_.*/\1/p' coordinator/main.c); do
+    like "names the command $command" "$commands" "^  $command "
+    exits 0 "weft $command --help" "$weft" "$command" --help
+    source=coordinator/${command}_command.c
+    like "begins with the usage" "$(head -n 1 <<<"$out")" "^usage: weft $command "
+    for option in $(sed -n '/option_spec options/,/^};/s/^    {[^"]*"\([a-z-]*\)".*/\1/p' "$source"); do
+        like "and has --$option" "$out" "^  (-[a-zA-Z],|   ) --$option"
+    done
+done
+exits 0 "weft-worker --help" "$worker" --help
+for option in $(sed -n '/option_spec options/,/^};/s/^    {[^"]*"\([a-z-]*\)".*/\1/p' worker/main.c); do
+    like "has --$option" "$out" "^  (-[a-zA-Z],|   ) --$option"
+done
+exits 2 "weft without a command is wrong usage" "$weft"
+like "and shows the help" "$err" '^usage: weft COMMAND'
+for program in "$weft" "$weft render" "$weft check" "$worker"; do
+    # shellcheck disable=SC2086 # program and command
+    exits 0 "${program##*/} --version" $program --version
+    like "prints it" "$out" '^weft(-worker)? [0-9]+\.[0-9]+\.[0-9]+$'
+done
+
+finish
