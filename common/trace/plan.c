@@ -158,6 +158,9 @@ static void find_camera_media(struct plan *plan)
     free(found);
 }
 
+/* For fewer, a scan costs less than a walk through a tree. */
+enum { TREE_PRIMITIVES_MIN = 16 };
+
 struct plan *plan_create(const struct scene *scene, const struct trace_settings *settings)
 {
     struct plan *plan = memory_array(1, sizeof *plan);
@@ -169,6 +172,8 @@ struct plan *plan_create(const struct scene *scene, const struct trace_settings 
     build_lights(plan, scene);
     build_materials(plan, scene);
     plan_primitives_build(plan, scene);
+    if (plan->primitive_count >= TREE_PRIMITIVES_MIN)
+        bvh_build(&plan->bvh, plan);
     build_textures(plan, scene);
     build_images(plan, scene);
     find_camera_media(plan);
@@ -184,6 +189,7 @@ void plan_destroy(struct plan **plan_pointer)
         free(plan->meshes[i].normals);
     for (size_t i = 0; i < plan->image_count; i++)
         plan_image_finish(&plan->images[i]);
+    bvh_finish(&plan->bvh);
     void *const arrays[] = {plan->primitives, plan->spheres,   plan->ellipsoids, plan->planes,   plan->discs,
                             plan->frustums,   plan->boxes,     plan->triangles,  plan->objects,  plan->meshes,
                             plan->materials,  plan->textures,  plan->images,     plan->lights,   plan->camera_media};

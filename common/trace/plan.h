@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "scene/model.h"
+#include "trace/bvh.h"
 #include "trace/intersect.h"
 
 /* What the caller chooses; the rest is in the scene. */
@@ -119,6 +120,8 @@ struct plan {
     struct box *boxes;
     struct triangle *triangles;
     size_t count[PRIMITIVE_KINDS]; /* of each kind */
+
+    struct bvh bvh; /* empty where there are too few primitives for one */
 
     struct plan_object *objects;
     struct plan_mesh *meshes;
