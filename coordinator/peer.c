@@ -60,14 +60,17 @@ void peer_drop(struct peer *peer, uint64_t lease)
 
 void peer_take_beat(struct peer *peer, uint64_t rays, int64_t now_ms)
 {
-    peer->rays = rays;
-    if (peer->beaten && now_ms - peer->rate_from_ms < RATE_SPAN_MS)
-        return;
-    if (peer->beaten && rays >= peer->rate_from_rays)
-        peer->rays_per_second = (double)(rays - peer->rate_from_rays) * 1000 / (double)(now_ms - peer->rate_from_ms);
+    if (!peer->beaten)
+        peer->rays_before = rays;
     peer->beaten = true;
+    peer->rays = rays > peer->rays_before ? rays - peer->rays_before : 0;
+    if (now_ms - peer->rate_from_ms < RATE_SPAN_MS)
+        return;
+    if (peer->rays >= peer->rate_from_rays)
+        peer->rays_per_second =
+            (double)(peer->rays - peer->rate_from_rays) * 1000 / (double)(now_ms - peer->rate_from_ms);
     peer->rate_from_ms = now_ms;
-    peer->rate_from_rays = rays;
+    peer->rate_from_rays = peer->rays;
 }
 
 uint64_t peer_rays(const struct peer *peer)

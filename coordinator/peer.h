@@ -32,9 +32,10 @@ struct peer {
     uint32_t bands_done;
     uint64_t rows_done;
     uint64_t rays_returned; /* in the bands that it returned */
-    uint64_t rays;          /* as it said in its last beat, which also counts bands in work */
+    uint64_t rays;          /* since it joined, by its last beat, which also counts bands in work */
     int64_t joined_ms;
     bool beaten;            /* it has sent a beat */
+    uint64_t rays_before;   /* that it had traced for others by its first beat, which it sends on joining */
     int64_t rate_from_ms;   /* start of the span over which the rate is measured */
     uint64_t rate_from_rays;
     double rays_per_second;
@@ -54,8 +55,8 @@ void peer_drop(struct peer *peer, uint64_t lease);
 uint64_t peer_rays(const struct peer *peer);
 double peer_rate(const struct peer *peer, int64_t now_ms);
 
-/* Takes the rays that a beat tells, for the rate. They count from the worker's start, which may be long before it joined,
- * so the first beat only begins a span. */
+/* Takes the rays that a beat tells, for the rate. They count from the worker's start, which may be long before it
+ * joined; those of the first beat are taken off. */
 void peer_take_beat(struct peer *peer, uint64_t rays, int64_t now_ms);
 
 #endif

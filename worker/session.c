@@ -16,7 +16,6 @@ enum {
     RETRY_LAST_MS = 200,
     REFUSED_PAUSE_MS = 10000,             /* before asking again a coordinator that has no use for this worker */
     BROKEN_PAUSE_MS = 1000,               /* before asking again one that broke the protocol */
-    HELLOS_MAX = SESSION_SILENCE_MS / SESSION_HELLO_MS, /* unanswered on one connection */
 };
 
 enum session_state { STATE_SEEKING, STATE_JOINED, STATE_ENDED };
@@ -52,7 +51,6 @@ struct session {
     enum session_state state;
     bool draining;
     bool unfit; /* said FAILED in this conversation */
-    unsigned hellos; /* sent on this connection since the last answer */
     uint64_t epoch;
     int64_t seeking_since_ms, hello_ms, retry_ms, say_ms, renew_ms, heard_ms, beat_ms;
     uint64_t progress, rays;
@@ -173,7 +171,6 @@ static void seek(struct session *s, int64_t pause_ms, int64_t now_ms)
     act(s, SESSION_RECONNECT);
     s->state = STATE_SEEKING;
     s->epoch = 0;
-    s->hellos = 0;
     s->unfit = false;
     s->seeking_since_ms = now_ms;
     s->hello_ms = now_ms + pause_ms;
@@ -186,25 +183,12 @@ static void seek(struct session *s, int64_t pause_ms, int64_t now_ms)
 void session_send_failed(struct session *s, int64_t now_ms)
 {
     if (s->state == STATE_SEEKING) {
-        s->hellos = 0;
         s->hello_ms = now_ms + s->retry_ms;
         s->retry_ms = 2 * s->retry_ms < RETRY_LAST_MS ? 2 * s->retry_ms : RETRY_LAST_MS;
     } else if (s->state == STATE_JOINED) {
         say(s, "lost the connection to the coordinator; looking for it again");
         seek(s, 0, now_ms);
     }
-}
-
-/* A connection on which nobody answers may lead nowhere, without an end that TCP would notice: try another. */
-static void say_hello(struct session *s, int64_t now_ms)
-{
-    if (s->hellos == HELLOS_MAX) {
-        act(s, SESSION_RECONNECT);
-        s->hellos = 0;
-    }
-    send_message(s, s->config.hello);
-    s->hellos++;
-    s->hello_ms = now_ms + SESSION_HELLO_MS;
 }
 
 static void seek_on(struct session *s, int64_t now_ms)
@@ -222,8 +206,10 @@ static void seek_on(struct session *s, int64_t now_ms)
         act(s, SESSION_RECONNECT);
         s->renew_ms = now_ms + SESSION_SILENCE_MS;
     }
-    if (now_ms >= s->hello_ms)
-        say_hello(s, now_ms);
+    if (now_ms >= s->hello_ms) {
+        send_message(s, s->config.hello);
+        s->hello_ms = now_ms + SESSION_HELLO_MS;
+    }
 }
 
 /* --- fetching assets --------------------------------------------------------------------------------------------------- */
@@ -459,7 +445,6 @@ static void take_refusal(struct session *s, const struct message *message, int64
     say(s, "the coordinator refused this worker: %s", message->refuse.reason);
     if (s->config.once)
         end(s, STATUS_FAILED);
-    s->hellos = 0;
     s->hello_ms = now_ms + REFUSED_PAUSE_MS;
 }
 

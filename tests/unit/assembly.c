@@ -1,0 +1,216 @@
+/* Weaving a picture from bands that come in any order: the file equals the one written row by row. */
+#include <dirent.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "base/bytes.h"
+#include "base/hash.h"
+#include "base/memory.h"
+#include "coordinator/assembly.h"
+
+enum { WIDTH = 19, HEIGHT = 61 };
+
+static char folder[] = "/tmp/weft-assembly-XXXXXX";
+static char output[64], reference[64];
+static struct error error;
+
+static const struct image_description description = {WIDTH, HEIGHT, PIXEL_SRGB8, "weft test", "scene.json"};
+
+static uint8_t pixel_byte(uint32_t row, size_t i)
+{
+    return (uint8_t)(hash_u32(row * 1000 + (uint32_t)i) >> 8);
+}
+
+/* Appends a row's record: its pixels, and figures that tell rows apart. */
+static void put_record(struct bytes *to, uint32_t row)
+{
+    size_t row_bytes = WIDTH * pixel_format_bytes(description.format);
+    uint8_t *record = bytes_extend(to, row_record_bytes(row_bytes));
+    row_figures_write(record, &(struct row_figures){row + 1, 100 * row, (uint64_t)row << 40});
+    for (size_t i = 0; i < row_bytes; i++)
+        record[ROW_FIGURES_BYTES + i] = pixel_byte(row, i);
+}
+
+static void add_band(struct assembly *assembly, uint32_t first_row, uint32_t rows)
+{
+    struct bytes records = {0};
+    for (uint32_t row = first_row; row < first_row + rows; row++)
+        put_record(&records, row);
+    assert_int_equal(records.size, rows * assembly_record_bytes(assembly));
+    assert_int_equal(assembly_add(assembly, first_row, rows, records.data, &error), STATUS_OK);
+    memset(records.data, 0xee, records.size); /* they were copied */
+    bytes_finish(&records);
+}
+
+static struct assembly *create(void)
+{
+    enum status status;
+    struct assembly *assembly = assembly_create(output, &description, &status, &error);
+    if (!assembly)
+        fail_msg("%s", error.text);
+    return assembly;
+}
+
+static void assert_figures(const struct assembly *assembly, uint64_t rows, uint64_t sum_of_rows)
+{
+    struct row_figures figures = assembly_figures(assembly);
+    assert_true(figures.samples == sum_of_rows + rows);
+    assert_true(figures.secondary_rays == 100 * sum_of_rows);
+    assert_true(figures.shadow_rays == sum_of_rows << 40);
+}
+
+/* The output is there, alone, and has the reference's bytes. */
+static void assert_complete(struct assembly *assembly)
+{
+    struct bytes found = {0}, expected = {0};
+    assert_figures(assembly, HEIGHT, HEIGHT * (HEIGHT - 1) / 2);
+    assert_int_equal(access(output, F_OK), -1); /* never in part */
+    assert_int_equal(assembly_complete(&assembly, &error), STATUS_OK);
+    assert_null(assembly);
+    assert_int_equal(bytes_read_file(&found, output, 1 << 20, &error), STATUS_OK);
+    assert_int_equal(bytes_read_file(&expected, reference, 1 << 20, &error), STATUS_OK);
+    assert_int_equal(found.size, expected.size);
+    assert_memory_equal(found.data, expected.data, found.size);
+    bytes_finish(&found);
+    bytes_finish(&expected);
+    unlink(output);
+}
+
+static void test_in_order(void **state)
+{
+    (void)state;
+    struct assembly *assembly = create();
+    assert_figures(assembly, 0, 0);
+    for (uint32_t row = 0; row < HEIGHT; row++)
+        add_band(assembly, row, 1);
+    assert_complete(assembly);
+}
+
+static void test_whole(void **state)
+{
+    (void)state;
+    struct assembly *assembly = create();
+    add_band(assembly, 0, HEIGHT);
+    assert_complete(assembly);
+}
+
+static void test_backwards(void **state)
+{
+    (void)state;
+    struct assembly *assembly = create();
+    for (uint32_t row = HEIGHT; row-- > 0;)
+        add_band(assembly, row, 1);
+    assert_complete(assembly);
+}
+
+/* Bands of every height in a shuffled order. */
+static void test_shuffled(void **state)
+{
+    (void)state;
+    for (uint32_t height = 1; height <= 20; height++) {
+        uint32_t order[HEIGHT], bands = (HEIGHT + height - 1) / height;
+        struct assembly *assembly = create();
+        for (uint32_t i = 0; i < bands; i++) { /* Fisher and Yates */
+            uint32_t k = hash_u32(height * 1000 + i) % (i + 1);
+            order[i] = order[k];
+            order[k] = i;
+        }
+        for (uint32_t i = 0; i < bands; i++) {
+            uint32_t first = order[i] * height;
+            add_band(assembly, first, HEIGHT - first < height ? HEIGHT - first : height);
+        }
+        assert_complete(assembly);
+    }
+}
+
+static size_t count_files(void)
+{
+    size_t count = 0;
+    DIR *entries = opendir(folder);
+    for (struct dirent *entry; (entry = readdir(entries));)
+        count += entry->d_name[0] != '.' || strlen(entry->d_name) > 2;
+    closedir(entries);
+    return count;
+}
+
+static void test_abandon(void **state)
+{
+    (void)state;
+    struct assembly *assembly = create();
+    add_band(assembly, 0, 3);
+    add_band(assembly, 10, 5); /* rows that still wait */
+    assembly_abandon(&assembly);
+    assert_null(assembly);
+    assembly_abandon(&assembly);
+    assert_int_equal(count_files(), 1); /* the reference alone */
+}
+
+static void test_no_folder(void **state)
+{
+    (void)state;
+    enum status status = STATUS_OK;
+    assert_null(assembly_create("/nowhere/at/all.png", &description, &status, &error));
+    assert_int_equal(status, STATUS_OUTPUT);
+    assert_non_null(strstr(error.text, "/nowhere/at/all.png"));
+}
+
+static void test_record_bytes(void **state)
+{
+    (void)state;
+    static const size_t pixel_bytes[PIXEL_FORMATS] = {3, 6, 12};
+    for (int format = 0; format < PIXEL_FORMATS; format++) {
+        struct image_description other = description;
+        enum status status;
+        other.format = (enum pixel_format)format;
+        struct assembly *assembly = assembly_create(output, &other, &status, &error);
+        assert_non_null(assembly);
+        assert_int_equal(assembly_record_bytes(assembly), ROW_FIGURES_BYTES + WIDTH * pixel_bytes[format]);
+        assembly_abandon(&assembly);
+    }
+}
+
+/* Writes the reference without an assembly. */
+static int make_reference(void **state)
+{
+    (void)state;
+    enum status status;
+    if (!mkdtemp(folder))
+        return -1;
+    snprintf(output, sizeof output, "%s/out.png", folder);
+    snprintf(reference, sizeof reference, "%s/reference.png", folder);
+    struct image_writer *writer = image_writer_create(reference, &description, &status, &error);
+    for (uint32_t row = 0; writer && row < HEIGHT; row++) {
+        uint8_t pixels[3 * WIDTH];
+        for (size_t i = 0; i < sizeof pixels; i++)
+            pixels[i] = pixel_byte(row, i);
+        if (image_writer_row(writer, pixels, &error) != STATUS_OK)
+            return -1;
+    }
+    return writer && image_writer_complete(&writer, &error) == STATUS_OK ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    unlink(output);
+    unlink(reference);
+    return rmdir(folder);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_in_order), cmocka_unit_test(test_whole),   cmocka_unit_test(test_backwards),
+        cmocka_unit_test(test_shuffled), cmocka_unit_test(test_abandon), cmocka_unit_test(test_no_folder),
+        cmocka_unit_test(test_record_bytes),
+    };
+    return cmocka_run_group_tests_name("assembly", tests, make_reference, remove_folder);
+}

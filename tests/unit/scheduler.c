@@ -1,0 +1,574 @@
+/* The scheduler, driven through histories written by hand: what it answers is compared as text. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/memory.h"
+#include "coordinator/scheduler.h"
+
+enum { SILENCE_MS = 4000 };
+
+static struct scheduler *scheduler;
+static struct action_list actions;
+static int64_t now_ms;
+
+static void start(uint32_t band_rows)
+{
+    scheduler_destroy(&scheduler);
+    scheduler = scheduler_create(&(struct scheduler_policy){band_rows, SILENCE_MS});
+    now_ms = 1000000;
+}
+
+static int finish(void **state)
+{
+    (void)state;
+    scheduler_destroy(&scheduler);
+    assert_null(scheduler);
+    scheduler_destroy(&scheduler);
+    free(actions.items);
+    actions = (struct action_list){0};
+    return 0;
+}
+
+/* "grant w1 j0 4+2 #7": to worker 1 rows 4 and 5 of job 0 under lease 7. */
+static void describe(const struct action *a, char *text, size_t size)
+{
+    switch (a->kind) {
+    case ACTION_ANNOUNCE:
+        snprintf(text, size, "announce w%u j%u", a->worker, a->job);
+        break;
+    case ACTION_GRANT:
+        snprintf(text, size, "grant w%u j%u %u+%u #%llu", a->worker, a->job, a->first_row, a->rows,
+                 (unsigned long long)a->lease);
+        break;
+    case ACTION_ACCEPT:
+        snprintf(text, size, "accept j%u %u+%u", a->job, a->first_row, a->rows);
+        break;
+    case ACTION_ACK:
+        snprintf(text, size, "ack w%u #%llu", a->worker, (unsigned long long)a->lease);
+        break;
+    case ACTION_REVOKE:
+        snprintf(text, size, "revoke w%u #%llu", a->worker, (unsigned long long)a->lease);
+        break;
+    case ACTION_END:
+        snprintf(text, size, "end w%u j%u", a->worker, a->job);
+        break;
+    case ACTION_EXPEL:
+        snprintf(text, size, "expel w%u", a->worker);
+        break;
+    case ACTION_DONE:
+        snprintf(text, size, "done j%u", a->job);
+        break;
+    case ACTION_FAIL:
+        snprintf(text, size, "fail j%u %u+%u", a->job, a->first_row, a->rows);
+        break;
+    }
+}
+
+static void tell(struct event event)
+{
+    actions.count = 0;
+    scheduler_handle(scheduler, &event, now_ms, &actions);
+    assert_true(scheduler_deadline(scheduler) > now_ms);
+}
+
+/* What is answered to the event, parted by ", ". */
+static void expect(struct event event, const char *expected)
+{
+    char text[4096] = "";
+    tell(event);
+    for (size_t i = 0; i < actions.count; i++) {
+        char one[80] = "";
+        describe(&actions.items[i], one, sizeof one);
+        strcat(strcat(text, i ? ", " : ""), one);
+    }
+    assert_string_equal(text, expected);
+}
+
+static struct event job(uint32_t rows)
+{
+    return (struct event){.kind = EVENT_JOB, .rows = rows};
+}
+
+static struct event join(uint32_t worker, uint32_t threads, uint32_t credit)
+{
+    return (struct event){.kind = EVENT_JOIN, .worker = worker, .threads = threads, .credit = credit};
+}
+
+static struct event ready(uint32_t worker, uint32_t number)
+{
+    return (struct event){.kind = EVENT_READY, .worker = worker, .job = number};
+}
+
+static struct event result(uint32_t worker, uint64_t lease)
+{
+    return (struct event){.kind = EVENT_RESULT, .worker = worker, .lease = lease};
+}
+
+static struct event plain(enum event_kind kind, uint32_t worker)
+{
+    return (struct event){.kind = kind, .worker = worker};
+}
+
+/* --- an ordinary job ------------------------------------------------------------------------------------------------ */
+
+static void test_one_worker(void **state)
+{
+    (void)state;
+    start(4);
+    assert_true(scheduler_deadline(scheduler) == INT64_MAX);
+    expect(job(10), "");
+    expect(join(1, 1, 2), "announce w1 j0");
+    assert_int_equal(scheduler_held(scheduler, 1), 0);
+    expect(ready(1, 0), "grant w1 j0 0+4 #1, grant w1 j0 4+4 #2");
+    assert_int_equal(scheduler_held(scheduler, 1), 2);
+    assert_int_equal(scheduler_rows_leased(scheduler, 0), 8);
+    expect(result(1, 1), "ack w1 #1, accept j0 0+4, grant w1 j0 8+2 #3");
+    expect(result(1, 3), "ack w1 #3, accept j0 8+2");
+    expect(result(1, 2), "ack w1 #2, accept j0 4+4, end w1 j0, done j0");
+    assert_int_equal(scheduler_held(scheduler, 1), 0);
+    assert_int_equal(scheduler_rows_leased(scheduler, 0), 0);
+    expect(plain(EVENT_TICK, 0), "");
+}
+
+static void test_lease_lookup(void **state)
+{
+    (void)state;
+    struct action grant;
+    start(4);
+    tell(job(10));
+    tell(join(7, 1, 2));
+    tell(ready(7, 0));
+    assert_true(scheduler_lease(scheduler, 7, 2, &grant));
+    assert_int_equal(grant.job, 0);
+    assert_int_equal(grant.first_row, 4);
+    assert_int_equal(grant.rows, 4);
+    assert_false(scheduler_lease(scheduler, 7, 3, &grant));
+    assert_false(scheduler_lease(scheduler, 1, 2, &grant));
+    assert_int_equal(scheduler_held(scheduler, 1), 0);
+    assert_int_equal(scheduler_rows_leased(scheduler, 5), 0);
+}
+
+/* Nothing is given before a worker is ready, and nothing beyond its credit. */
+static void test_credit(void **state)
+{
+    (void)state;
+    start(1);
+    tell(job(100));
+    tell(join(1, 4, 3));
+    tell(join(2, 4, 1));
+    expect(plain(EVENT_BEAT, 1), "");
+    expect(ready(2, 0), "grant w2 j0 0+1 #1");
+    expect(ready(1, 0), "grant w1 j0 1+1 #2, grant w1 j0 2+1 #3, grant w1 j0 3+1 #4");
+    expect(ready(1, 0), ""); /* said twice */
+    expect(result(1, 3), "ack w1 #3, accept j0 2+1, grant w1 j0 4+1 #5");
+    assert_int_equal(scheduler_held(scheduler, 1), 3);
+    assert_int_equal(scheduler_held(scheduler, 2), 1);
+}
+
+/* Where several can take more, bands go round, one each. */
+static void test_turns(void **state)
+{
+    (void)state;
+    start(1);
+    tell(job(4));
+    tell(join(1, 1, 4));
+    tell(join(2, 1, 4));
+    tell(join(3, 1, 4));
+    tell(ready(1, 0));
+    expect(ready(2, 0), "");
+    expect(ready(3, 0), "");
+    expect(plain(EVENT_LOST, 1), "grant w2 j0 0+1 #5, grant w3 j0 1+1 #6, grant w2 j0 2+1 #7, grant w3 j0 3+1 #8");
+}
+
+/* Answers every lease at once until the job is done; `grants` gets the bands in the order of granting. */
+static size_t run_through(uint32_t rows, uint32_t threads, struct action *grants)
+{
+    size_t granted = 0, answered = 0;
+    uint32_t accepted = 0;
+    bool done = false;
+    tell(job(rows));
+    tell(join(1, threads, 2 * threads));
+    tell(ready(1, 0));
+    for (;;) {
+        for (size_t i = 0; i < actions.count; i++) {
+            const struct action *a = &actions.items[i];
+            if (a->kind == ACTION_GRANT)
+                grants[granted++] = *a;
+            accepted += a->kind == ACTION_ACCEPT ? a->rows : 0;
+            done |= a->kind == ACTION_DONE;
+        }
+        if (done)
+            break;
+        assert_true(answered < granted);
+        now_ms++;
+        tell(result(1, grants[answered++].lease));
+    }
+    assert_int_equal(accepted, rows);
+    return granted;
+}
+
+/* Bands follow one another from row 0 to the last, and automatic ones never grow. */
+static void check_bands(uint32_t rows, uint32_t band_rows, uint32_t threads)
+{
+    struct action *grants = memory_array(rows, sizeof *grants);
+    start(band_rows);
+    size_t count = run_through(rows, threads, grants);
+    uint32_t next = 0;
+    for (size_t i = 0; i < count; i++) {
+        assert_int_equal(grants[i].first_row, next);
+        assert_true(grants[i].rows >= 1);
+        next += grants[i].rows;
+        if (band_rows)
+            assert_int_equal(grants[i].rows, i + 1 < count ? band_rows : rows - band_rows * (uint32_t)(count - 1));
+        else
+            assert_true(grants[i].rows <= (i ? grants[i - 1].rows : 32));
+    }
+    assert_int_equal(next, rows);
+    free(grants);
+}
+
+static void test_bands_cover_the_picture(void **state)
+{
+    (void)state;
+    static const uint32_t rows[] = {1, 2, 3, 7, 31, 64, 100, 719, 1080, 4321};
+    static const uint32_t band_rows[] = {0, 1, 2, 5, 32, 719, 65535};
+    static const uint32_t threads[] = {1, 2, 3, 16, 100, 2000};
+    for (size_t r = 0; r < sizeof rows / sizeof *rows; r++)
+        for (size_t b = 0; b < sizeof band_rows / sizeof *band_rows; b++)
+            for (size_t t = 0; t < sizeof threads / sizeof *threads; t++)
+                check_bands(rows[r], band_rows[b], threads[t]);
+}
+
+/* Guided: large first, single rows at the end, and far fewer bands than rows. */
+static void test_guided_bands_shrink(void **state)
+{
+    (void)state;
+    struct action grants[1080];
+    start(0);
+    size_t count = run_through(1080, 4, grants);
+    assert_int_equal(grants[0].rows, 32);
+    assert_int_equal(grants[count - 1].rows, 1);
+    assert_in_range(count, 50, 80);
+}
+
+/* --- losses ----------------------------------------------------------------------------------------------------------- */
+
+static void test_lost_bands_come_first(void **state)
+{
+    (void)state;
+    start(4);
+    tell(job(100));
+    tell(join(1, 1, 2));
+    tell(join(2, 1, 1));
+    tell(ready(1, 0));
+    expect(ready(2, 0), "grant w2 j0 8+4 #3");
+    expect(plain(EVENT_LOST, 1), "");
+    assert_int_equal(scheduler_held(scheduler, 1), 0);
+    assert_int_equal(scheduler_rows_leased(scheduler, 0), 4);
+    expect(result(2, 3), "ack w2 #3, accept j0 8+4, grant w2 j0 0+4 #4");
+    expect(result(2, 4), "ack w2 #4, accept j0 0+4, grant w2 j0 4+4 #5");
+    expect(result(2, 5), "ack w2 #5, accept j0 4+4, grant w2 j0 12+4 #6");
+}
+
+static void test_silence(void **state)
+{
+    (void)state;
+    start(50);
+    tell(job(100));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 1));
+    tell(ready(1, 0));
+    tell(ready(2, 0));
+    now_ms += SILENCE_MS - 1;
+    expect(plain(EVENT_BEAT, 2), "");
+    assert_true(scheduler_deadline(scheduler) == now_ms + 1);
+    now_ms++;
+    expect(plain(EVENT_TICK, 0), "expel w1");
+    expect(plain(EVENT_BEAT, 1), ""); /* what it says from now on is not heard */
+    expect(result(1, 1), "");
+    expect(result(2, 2), "ack w2 #2, accept j0 50+50, grant w2 j0 0+50 #3");
+    now_ms += SILENCE_MS;
+    expect(plain(EVENT_TICK, 0), "expel w2");
+    assert_true(scheduler_deadline(scheduler) == INT64_MAX);
+}
+
+static void test_drain(void **state)
+{
+    (void)state;
+    start(10);
+    tell(job(100));
+    tell(join(1, 1, 2));
+    expect(ready(1, 0), "grant w1 j0 0+10 #1, grant w1 j0 10+10 #2");
+    expect(plain(EVENT_DRAIN, 1), "");
+    expect(job(5), ""); /* not told to one that is about to go */
+    expect(result(1, 1), "ack w1 #1, accept j0 0+10");
+    expect(join(2, 1, 1), "announce w2 j0, announce w2 j1");
+    expect(ready(2, 0), "grant w2 j0 20+10 #3");
+    expect(result(1, 2), "ack w1 #2, accept j0 10+10");
+    expect(plain(EVENT_LEAVE, 1), "");
+}
+
+/* A goodbye gives bands back too, but is no loss that counts against them. */
+static void test_leaving_is_no_loss(void **state)
+{
+    (void)state;
+    start(10);
+    tell(job(10));
+    for (uint32_t worker = 1; worker <= 10; worker++) {
+        tell(join(worker, 1, 1));
+        tell(ready(worker, 0));
+        assert_int_equal(scheduler_held(scheduler, worker), 1);
+        expect(plain(EVENT_LEAVE, worker), "");
+    }
+}
+
+static void test_three_losses(void **state)
+{
+    (void)state;
+    start(10);
+    tell(job(30));
+    tell(job(7));
+    tell(join(1, 1, 1));
+    for (uint32_t worker = 2; worker <= 4; worker++) {
+        tell(join(worker, 1, 1));
+        tell(ready(worker, 0));
+        assert_int_equal(scheduler_held(scheduler, worker), 1);
+        if (worker < 4)
+            expect(plain(EVENT_LOST, worker), "");
+    }
+    expect(ready(1, 0), "grant w1 j0 10+10 #4");
+    expect(plain(EVENT_LOST, 4), "revoke w1 #4, end w1 j0, fail j0 0+10");
+    expect(result(1, 4), "ack w1 #4");
+    expect(ready(1, 1), "grant w1 j1 0+7 #5"); /* the next job is not touched */
+}
+
+/* --- duplicates -------------------------------------------------------------------------------------------------------- */
+
+/* Worker 1 answers a band after 100 ms; worker 2 sits on the other one. */
+static void start_straggling(void)
+{
+    start(10);
+    tell(job(20));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 1));
+    tell(ready(1, 0));
+    tell(ready(2, 0));
+    now_ms += 100;
+    expect(result(1, 1), "ack w1 #1, accept j0 0+10");
+}
+
+/* Only a band that is out for twice the mean and 100 ms, and only for an idle worker. */
+static void test_backup(void **state)
+{
+    (void)state;
+    start_straggling();
+    assert_true(scheduler_deadline(scheduler) == now_ms + 200);
+    now_ms += 199;
+    expect(plain(EVENT_TICK, 0), "");
+    now_ms++;
+    expect(plain(EVENT_TICK, 0), "grant w1 j0 10+10 #3");
+    assert_int_equal(scheduler_rows_leased(scheduler, 0), 10);
+    expect(result(1, 3), "ack w1 #3, accept j0 10+10, revoke w2 #2, end w1 j0, end w2 j0, done j0");
+    expect(result(2, 2), "ack w2 #2"); /* too late, and harmless */
+}
+
+static void test_original_wins(void **state)
+{
+    (void)state;
+    start_straggling();
+    now_ms += 200;
+    expect(plain(EVENT_TICK, 0), "grant w1 j0 10+10 #3");
+    expect(result(2, 2), "ack w2 #2, accept j0 10+10, revoke w1 #3, end w1 j0, end w2 j0, done j0");
+}
+
+static void test_lost_original(void **state)
+{
+    (void)state;
+    start_straggling();
+    now_ms += 200;
+    expect(plain(EVENT_TICK, 0), "grant w1 j0 10+10 #3");
+    expect(plain(EVENT_LOST, 2), ""); /* its copy is still out */
+    expect(plain(EVENT_LOST, 1), "");
+    tell(join(3, 1, 1));
+    expect(ready(3, 0), "grant w3 j0 10+10 #4");
+}
+
+/* While there are fresh rows nobody duplicates. */
+static void test_no_backup_while_rows_wait(void **state)
+{
+    (void)state;
+    start(1);
+    tell(job(1000));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 1));
+    tell(ready(1, 0));
+    tell(ready(2, 0));
+    for (uint64_t lease = 3; lease < 500; lease++) {
+        now_ms += 10;
+        tell(plain(EVENT_BEAT, 2));
+        tell(result(1, lease == 3 ? 1 : lease - 1));
+        struct action grant;
+        assert_true(scheduler_lease(scheduler, 1, lease, &grant));
+        assert_int_equal(grant.first_row, lease - 1);
+    }
+}
+
+/* Workers that live but never answer: with nothing to compare with, patience is two seconds a holder. */
+static void test_stuck_workers(void **state)
+{
+    (void)state;
+    start(10);
+    tell(job(10));
+    for (uint32_t worker = 1; worker <= 3; worker++) {
+        tell(join(worker, 1, 1));
+        tell(ready(worker, 0));
+    }
+    static const char *const expected[] = {[4] = "grant w2 j0 0+10 #2", [8] = "grant w3 j0 0+10 #3"};
+    for (size_t step = 0; step <= 20; step++, now_ms += 500) {
+        expect(plain(EVENT_BEAT, 1), step < 9 && expected[step] ? expected[step] : "");
+        expect(plain(EVENT_BEAT, 2), "");
+        expect(plain(EVENT_BEAT, 3), "");
+    }
+    expect(result(3, 3), "ack w3 #3, accept j0 0+10, revoke w1 #1, revoke w2 #2, "
+                         "end w1 j0, end w2 j0, end w3 j0, done j0");
+}
+
+/* Workers 2 and 3 are stuck for ten seconds before anybody takes over: no measure of what a band needs. */
+static void test_wasted_time(void **state)
+{
+    (void)state;
+    start(10);
+    tell(job(30));
+    for (uint32_t worker = 1; worker <= 3; worker++) {
+        tell(join(worker, 1, 1));
+        tell(ready(worker, 0));
+    }
+    now_ms += 100;
+    expect(result(1, 1), "ack w1 #1, accept j0 0+10");
+    expect(plain(EVENT_LEAVE, 1), "");
+    for (int i = 0; i < 5; i++, now_ms += 2000)
+        for (uint32_t worker = 2; worker <= 3; worker++)
+            expect(plain(EVENT_BEAT, worker), "");
+    tell(join(4, 1, 1));
+    expect(ready(4, 0), "grant w4 j0 10+10 #4");
+    now_ms += 100;
+    expect(result(4, 4), "ack w4 #4, accept j0 10+10, revoke w2 #2, "
+                         "grant w2 j0 20+10 #5, grant w4 j0 20+10 #6");
+}
+
+/* --- several jobs ------------------------------------------------------------------------------------------------------- */
+
+static void test_jobs_overlap(void **state)
+{
+    (void)state;
+    start(10);
+    tell(join(1, 1, 2));
+    expect(job(20), "announce w1 j0");
+    expect(job(20), "announce w1 j1");
+    expect(job(20), ""); /* two at a time */
+    expect(ready(1, 1), "grant w1 j1 0+10 #1, grant w1 j1 10+10 #2"); /* rather than wait for the first */
+    expect(ready(1, 0), "");
+    expect(result(1, 1), "ack w1 #1, accept j1 0+10, grant w1 j0 0+10 #3");
+    expect(result(1, 2), "ack w1 #2, accept j1 10+10, end w1 j1, done j1, announce w1 j2, grant w1 j0 10+10 #4");
+    expect(ready(1, 2), "");
+    expect(result(1, 3), "ack w1 #3, accept j0 0+10, grant w1 j2 0+10 #5"); /* job 0 has no more to hand out */
+    expect(result(1, 5), "ack w1 #5, accept j2 0+10, grant w1 j2 10+10 #6");
+    expect(result(1, 4), "ack w1 #4, accept j0 10+10, end w1 j0, done j0");
+    expect(result(1, 6), "ack w1 #6, accept j2 10+10, end w1 j2, done j2");
+}
+
+static void test_late_joiner(void **state)
+{
+    (void)state;
+    start(10);
+    for (int i = 0; i < 4; i++)
+        tell(job(10));
+    tell(join(1, 1, 1));
+    tell(ready(1, 0));
+    expect(result(1, 1), "ack w1 #1, accept j0 0+10, end w1 j0, done j0, announce w1 j2");
+    expect(join(2, 1, 1), "announce w2 j1, announce w2 j2");
+    expect(ready(2, 2), "grant w2 j2 0+10 #2");
+    expect(ready(2, 0), ""); /* over, and never announced to it */
+}
+
+/* A straggler of a later job is duplicated too, though an earlier one is still open. */
+static void test_backup_beyond_a_finished_job(void **state)
+{
+    (void)state;
+    start(10);
+    for (int i = 0; i < 3; i++)
+        tell(job(20));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 1));
+    for (uint32_t number = 1; number <= 2; number++) {
+        tell(ready(1, number)); /* job 0 is never loaded */
+        tell(ready(2, number));
+        if (number == 1) {
+            tell(result(1, 1));
+            tell(result(2, 2));
+        }
+    }
+    expect(result(1, 3), "ack w1 #3, accept j2 0+10");
+    now_ms += 100;
+    expect(plain(EVENT_TICK, 0), "grant w1 j2 10+10 #5");
+}
+
+/* --- what should not happen ---------------------------------------------------------------------------------------------- */
+
+static void test_harmless_events(void **state)
+{
+    (void)state;
+    static const enum event_kind kinds[] = {EVENT_READY, EVENT_BEAT,  EVENT_RESULT,
+                                            EVENT_DRAIN, EVENT_LEAVE, EVENT_LOST};
+    start(10);
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) /* of a worker that nobody knows */
+        expect((struct event){.kind = kinds[i], .worker = 9, .job = 9, .lease = 9}, "");
+    tell(job(30));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 1));
+    expect(join(1, 50, 50), ""); /* twice: the first counts */
+    expect(ready(1, 1), "");
+    expect(ready(1, UINT32_MAX), "");
+    expect(ready(1, 0), "grant w1 j0 0+10 #1");
+    expect(ready(2, 0), "grant w2 j0 10+10 #2");
+    expect(result(1, 99), "ack w1 #99");
+    expect(result(1, 2), "ack w1 #2"); /* another's lease */
+    expect(result(1, 1), "ack w1 #1, accept j0 0+10, grant w1 j0 20+10 #3");
+    expect(result(1, 1), "ack w1 #1"); /* answered twice */
+    assert_int_equal(scheduler_rows_leased(scheduler, 0), 20);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_one_worker, finish),
+        cmocka_unit_test_teardown(test_lease_lookup, finish),
+        cmocka_unit_test_teardown(test_credit, finish),
+        cmocka_unit_test_teardown(test_turns, finish),
+        cmocka_unit_test_teardown(test_bands_cover_the_picture, finish),
+        cmocka_unit_test_teardown(test_guided_bands_shrink, finish),
+        cmocka_unit_test_teardown(test_lost_bands_come_first, finish),
+        cmocka_unit_test_teardown(test_silence, finish),
+        cmocka_unit_test_teardown(test_drain, finish),
+        cmocka_unit_test_teardown(test_leaving_is_no_loss, finish),
+        cmocka_unit_test_teardown(test_three_losses, finish),
+        cmocka_unit_test_teardown(test_backup, finish),
+        cmocka_unit_test_teardown(test_original_wins, finish),
+        cmocka_unit_test_teardown(test_lost_original, finish),
+        cmocka_unit_test_teardown(test_no_backup_while_rows_wait, finish),
+        cmocka_unit_test_teardown(test_stuck_workers, finish),
+        cmocka_unit_test_teardown(test_wasted_time, finish),
+        cmocka_unit_test_teardown(test_jobs_overlap, finish),
+        cmocka_unit_test_teardown(test_late_joiner, finish),
+        cmocka_unit_test_teardown(test_backup_beyond_a_finished_job, finish),
+        cmocka_unit_test_teardown(test_harmless_events, finish),
+    };
+    return cmocka_run_group_tests_name("scheduler", tests, NULL, NULL);
+}
