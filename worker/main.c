@@ -292,7 +292,9 @@ static enum status start(struct worker *w, const char *endpoint_text, struct err
     w->client = wire_client_create(endpoint, error);
     if (!w->client)
         return STATUS_FAILED;
-    w->pool = pool_create(w->settings.threads, w->settings.kernel);
+    w->pool = pool_create(w->settings.threads, w->settings.kernel, error);
+    if (!w->pool)
+        return STATUS_INTERNAL;
     struct session_config config = describe(&w->settings);
     w->session = session_create(&config, clock_now_ms());
     return STATUS_OK;

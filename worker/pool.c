@@ -1,5 +1,6 @@
 #include "worker/pool.h"
 
+#include <errno.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -269,7 +270,7 @@ static void *thread_main(void *argument)
 
 /* --- the other thread's side ------------------------------------------------------------------------------------------- */
 
-struct pool *pool_create(int threads, const struct kernel *kernel)
+struct pool *pool_create(int threads, const struct kernel *kernel, struct error *error)
 {
     struct pool *pool = memory_array(1, sizeof *pool);
     pthread_mutex_init(&pool->mutex, NULL);
@@ -278,10 +279,14 @@ struct pool *pool_create(int threads, const struct kernel *kernel)
     pool->outcomes_end = &pool->outcomes;
     pool->descriptor = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     pool->threads = memory_array((size_t)threads, sizeof *pool->threads);
-    while (pool->thread_count < threads &&
-           pthread_create(&pool->threads[pool->thread_count], NULL, thread_main, pool) == 0)
-        pool->thread_count++;
-    return pool;
+    int failure = pool->descriptor < 0 ? errno : 0;
+    for (; failure == 0 && pool->thread_count < threads; pool->thread_count += failure == 0)
+        failure = pthread_create(&pool->threads[pool->thread_count], NULL, thread_main, pool);
+    if (failure == 0)
+        return pool;
+    error_set(error, STATUS_INTERNAL, "cannot start %d render threads: %s", threads, strerror(failure));
+    pool_destroy(&pool);
+    return NULL;
 }
 
 void pool_destroy(struct pool **pointer)
@@ -300,7 +305,8 @@ void pool_destroy(struct pool **pointer)
     struct pool_outcome outcome;
     while (pool_take(pool, &outcome))
         bytes_finish(&outcome.bytes);
-    close(pool->descriptor);
+    if (pool->descriptor >= 0)
+        close(pool->descriptor);
     pthread_cond_destroy(&pool->work);
     pthread_mutex_destroy(&pool->mutex);
     free(pool->threads);

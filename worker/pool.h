@@ -27,8 +27,8 @@ struct pool_outcome {
     struct error error; /* LOAD_FAILED */
 };
 
-/* Starts `threads` threads (at least 1). The kernel is borrowed. */
-struct pool *pool_create(int threads, const struct kernel *kernel);
+/* Starts `threads` threads (at least 1). The kernel is borrowed. NULL with *error filled if the system refuses. */
+struct pool *pool_create(int threads, const struct kernel *kernel, struct error *error);
 
 /* Stops the threads, each at the end of its tile, frees *pool and sets it to NULL. */
 void pool_destroy(struct pool **pool);

@@ -1,6 +1,6 @@
 /*
- * Lines for a person: "weft: text" on standard error, and results on standard output. Each call writes one whole line with one write, so
- * lines of several processes do not mix. A line is cut after 2,046 bytes; control characters become '?'.
+ * Lines for a person: "weft: text" on standard error, and results on standard output. Each call writes one whole line
+ * with one write, so lines of several processes do not mix.
  */
 #ifndef WEFT_BASE_LOG_H
 #define WEFT_BASE_LOG_H

@@ -79,7 +79,9 @@ static void load(uint32_t job, uint32_t samples)
 static void start(int threads)
 {
     pool_destroy(&pool);
-    pool = pool_create(threads, &kernel_ref);
+    struct error error;
+    pool = pool_create(threads, &kernel_ref, &error);
+    assert_non_null(pool);
 }
 
 static int finish(void **state)
