@@ -12,7 +12,7 @@ static void read_strength(const struct json_at *at, struct light *light)
 static void read_falloff(struct json_at at, struct light *light)
 {
     json_numbers(at, &json_not_negative, 3, light->falloff);
-    if (fmax(light->falloff[0], fmax(light->falloff[1], light->falloff[2])) < JSON_SMALLEST)
+    if (fmax(light->falloff[0], fmax(light->falloff[1], light->falloff[2])) < SCENE_SMALLEST)
         json_refuse(&at, "expected at least one number above 0, found [0, 0, 0]");
 }
 

@@ -118,14 +118,6 @@ void json_materials_finish(struct scene_reader *reader)
 
 /* --- on a shape ------------------------------------------------------------------------------------------- */
 
-static size_t add_material(struct scene *scene, const struct material *material)
-{
-    scene->materials = memory_grow(scene->materials, &scene->material_capacity, scene->material_count + 1,
-                                   sizeof *scene->materials);
-    scene->materials[scene->material_count] = *material;
-    return scene->material_count++;
-}
-
 /* The material with its image laid on the shape. True if that depends on nothing of the shape but its kind. */
 static bool lay_on(const struct json_at *at, const struct read_material *read, const struct shape *shape,
                    struct material *material)
@@ -192,11 +184,11 @@ static void use_named(struct scene_reader *reader, const struct json_at *at, con
     size_t *placed = &named->placed[material.color.map];
     check_closed(at, &material, shape);
     if (!shared) {
-        *index = add_material(reader->scene, &material);
+        *index = scene_add_material(reader->scene, &material);
         return;
     }
     if (*placed == SIZE_MAX)
-        *placed = add_material(reader->scene, &material);
+        *placed = scene_add_material(reader->scene, &material);
     *index = *placed;
 }
 
@@ -210,7 +202,7 @@ static void use_own(struct scene_reader *reader, const struct json_at *at, const
         return;
     lay_on(at, &read, shape, &material);
     check_closed(at, &material, shape);
-    *index = add_material(reader->scene, &material);
+    *index = scene_add_material(reader->scene, &material);
 }
 
 void json_object_material(struct scene_reader *reader, struct json_at at, const struct shape *shape,
@@ -222,7 +214,7 @@ void json_object_material(struct scene_reader *reader, struct json_at at, const 
         struct material grey;
         lay_on(&at, &plain, shape, &grey);
         if (reader->default_material == SIZE_MAX)
-            reader->default_material = add_material(reader->scene, &grey);
+            reader->default_material = scene_add_material(reader->scene, &grey);
         *material = reader->default_material;
     } else if (cJSON_IsString(at.value)) {
         use_named(reader, &at, shape, material);

@@ -8,12 +8,12 @@
 
 const char *json_quote(char *quoted, const char *text)
 {
-    enum { CUT = JSON_QUOTE_BYTES - 12 };
+    enum { CUT = JSON_QUOTE_BYTES - 12, CUT_ANYHOW = CUT + 3 }; /* the longest character has 4 bytes */
     size_t at = 0;
     quoted[at++] = '"';
     for (; *text; text++) {
         unsigned char c = (unsigned char)*text;
-        if (at > CUT && (c & 0xc0) != 0x80) { /* between two characters */
+        if (at > CUT_ANYHOW || (at > CUT && (c & 0xc0) != 0x80)) { /* between two characters if it is UTF-8 */
             at += (size_t)sprintf(quoted + at, "…");
             break;
         }

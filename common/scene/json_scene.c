@@ -16,16 +16,6 @@ static void read_image_settings(struct json_at at, struct scene *scene)
     json_whole(json_get(&at, "samples"), 1, SCENE_SAMPLES_MAX, &scene->samples);
 }
 
-static void check_camera(const struct json_at *at, const struct camera *camera)
-{
-    const double least_sine = 1e-9; /* below, which way is right would rest on rounding */
-    struct vec3 view = vec3_sub(camera->at, camera->from);
-    if (vec3_max_abs(view) < JSON_SMALLEST)
-        json_refuse(at, "expected from and at apart, found both in one place");
-    else if (vec3_length(vec3_cross(camera->up, vec3_normalize(view))) < least_sine)
-        json_refuse(at, "expected an up that is not parallel to the view, found a parallel one");
-}
-
 static void read_camera(struct json_at at, struct camera *camera)
 {
     static const char *const keys[] = {"from", "at", "up", "fov", NULL};
@@ -37,8 +27,9 @@ static void read_camera(struct json_at at, struct camera *camera)
     json_point(json_need(&at, "at"), &camera->at);
     json_direction(json_get(&at, "up"), &camera->up);
     json_number(json_get(&at, "fov"), &fov, &camera->fov_degrees);
-    if (at.reader->status == STATUS_OK)
-        check_camera(&at, camera);
+    const char *fault = at.reader->status == STATUS_OK ? camera_fault(camera) : NULL;
+    if (fault)
+        json_refuse(&at, "%s", fault);
 }
 
 /* --- background ------------------------------------------------------------------------------------------ */
@@ -87,10 +78,10 @@ static void read_lights(struct json_at at, struct scene *scene)
     }
 }
 
-static void read_object(struct scene_reader *reader, struct json_at at, struct object *object)
+static void read_object(struct scene_reader *reader, struct json_at at)
 {
     const char *label = NULL; /* for people; only checked */
-    *object = (struct object){.transform = affine_identity()};
+    struct object *object = scene_add_object(reader->scene);
     json_shape(at, &object->shape);
     json_text(json_get(&at, "name"), &label);
     json_transform(json_get(&at, "transform"), &object->transform);
@@ -99,12 +90,12 @@ static void read_object(struct scene_reader *reader, struct json_at at, struct o
 
 static void read_objects(struct scene_reader *reader, struct json_at at)
 {
-    struct scene *scene = reader->scene;
     json_array(at, 0, SIZE_MAX, "objects");
     for (struct json_at item = json_first(&at); item.value; json_next(&item)) {
-        scene->objects = memory_grow(scene->objects, &scene->object_capacity, scene->object_count + 1,
-                                     sizeof *scene->objects);
-        read_object(reader, item, &scene->objects[scene->object_count++]);
+        if (json_is_mesh_file(&item))
+            json_mesh_file(reader, item);
+        else
+            read_object(reader, item);
     }
 }
 

@@ -57,6 +57,12 @@ void json_tetrahedron(const struct json_at *object, struct shape *shape);
 void json_polygon(const struct json_at *object, struct shape *shape);
 void json_mesh(const struct json_at *object, struct shape *shape);
 
+/* True for an object that is a mesh with a "file". */
+bool json_is_mesh_file(const struct json_at *object);
+
+/* Reads such an object: an object of the scene for each material of the file, or one if it names a material itself. */
+void json_mesh_file(struct scene_reader *reader, struct json_at at);
+
 void json_transform(struct json_at at, struct affine *transform);
 void json_light(struct json_at at, struct light *light);
 

@@ -31,7 +31,7 @@ static void read_axis(const struct json_at *object, const char *top, struct shap
     json_point(json_need(object, "base"), &shape->frustum.base);
     json_point(json_need(object, top), &shape->frustum.top);
     json_flag(json_get(object, "open"), &shape->frustum.open);
-    if (vec3_max_abs(vec3_sub(shape->frustum.base, shape->frustum.top)) < JSON_SMALLEST)
+    if (vec3_max_abs(vec3_sub(shape->frustum.base, shape->frustum.top)) < SCENE_SMALLEST)
         json_refuse(object, "expected base and %s apart, found both in one place", top);
 }
 
@@ -53,7 +53,7 @@ static void read_frustum(const struct json_at *object, struct shape *shape)
     read_axis(object, "top", shape);
     json_number(json_need(object, "base_radius"), &json_not_negative, &shape->frustum.base_radius);
     json_number(json_need(object, "top_radius"), &json_not_negative, &shape->frustum.top_radius);
-    if (fmax(shape->frustum.base_radius, shape->frustum.top_radius) < JSON_SMALLEST)
+    if (fmax(shape->frustum.base_radius, shape->frustum.top_radius) < SCENE_SMALLEST)
         json_refuse(object, "expected base_radius or top_radius above 0, found both 0");
 }
 
@@ -63,7 +63,7 @@ static void read_box(const struct json_at *object, struct shape *shape)
     json_point(json_need(object, "min"), &shape->box.min);
     json_point(json_need(object, "max"), &shape->box.max);
     struct vec3 size = vec3_sub(shape->box.max, shape->box.min);
-    if (fmin(size.x, fmin(size.y, size.z)) < JSON_SMALLEST)
+    if (fmin(size.x, fmin(size.y, size.z)) < SCENE_SMALLEST)
         json_refuse(object, "expected min below max in x, y and z, found a size of %g × %g × %g", size.x,
                     size.y, size.z);
 }
@@ -91,7 +91,7 @@ static const struct shape_reader readers[SHAPE_NAMES] = {
     {json_triangle, {"points", "normals", "uv"}},
     {json_tetrahedron, {"points"}},
     {json_polygon, {"points"}},
-    {json_mesh, {"points", "faces", "normals", "uv"}},
+    {json_mesh, {"points", "faces", "normals", "uv", "file"}}, /* with "file": json_mesh_file */
 };
 
 void json_shape(struct json_at object, struct shape *shape)

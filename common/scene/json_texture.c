@@ -56,7 +56,7 @@ static void read_gradient(struct scene_reader *reader, struct json_at at, struct
     json_direction(json_need(&at, "direction"), &to->texture.direction);
     json_number(json_get(&at, "start"), &json_any, &to->texture.start);
     json_number(json_get(&at, "end"), &json_any, &to->texture.end);
-    if (fabs(to->texture.end - to->texture.start) < JSON_SMALLEST)
+    if (fabs(to->texture.end - to->texture.start) < SCENE_SMALLEST)
         json_refuse(&at, "expected start and end apart, found both at %g", to->texture.start);
 }
 
@@ -90,7 +90,7 @@ static void read_planar_frame(const struct json_at *at, struct read_texture *to)
     json_point(json_need(at, "v"), &texture->axis_v);
     if (at->reader->status != STATUS_OK)
         return;
-    if (vec3_max_abs(texture->axis_u) < JSON_SMALLEST || vec3_max_abs(texture->axis_v) < JSON_SMALLEST) {
+    if (vec3_max_abs(texture->axis_u) < SCENE_SMALLEST || vec3_max_abs(texture->axis_v) < SCENE_SMALLEST) {
         json_refuse(at, "expected u and v other than zero, found one of them zero");
         return;
     }

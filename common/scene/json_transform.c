@@ -69,7 +69,7 @@ static struct affine read_step(struct json_at at)
 static bool is_invertible(const struct mat3 *m)
 {
     const double least = 1e-12;
-    if (fmin(vec3_max_abs(m->x), fmin(vec3_max_abs(m->y), vec3_max_abs(m->z))) < JSON_SMALLEST)
+    if (fmin(vec3_max_abs(m->x), fmin(vec3_max_abs(m->y), vec3_max_abs(m->z))) < SCENE_SMALLEST)
         return false;
     struct mat3 rows = {vec3_normalize(m->x), vec3_normalize(m->y), vec3_normalize(m->z)};
     return fabs(mat3_determinant(&rows)) > least;
@@ -88,7 +88,7 @@ void json_transform(struct json_at at, struct affine *transform)
     for (struct json_at item = json_first(&at); item.value; json_next(&item)) {
         struct affine step = read_step(item);
         all = affine_multiply(&step, &all);
-        if (!(largest_entry(&all) <= JSON_LARGEST))
+        if (!(largest_entry(&all) <= SCENE_LARGEST))
             json_refuse(&item, "expected a transform of numbers up to 1e30, found larger ones");
     }
     if (at.value && at.reader->status == STATUS_OK && !is_invertible(&all.linear))

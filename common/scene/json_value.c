@@ -50,9 +50,9 @@ void json_number(struct json_at at, const struct json_range *range, double *numb
     char expected[96];
     if (!is_within(range, value))
         json_expected(&at, "%s", describe_range(range, expected, sizeof expected));
-    else if (fabs(value) > JSON_LARGEST)
+    else if (fabs(value) > SCENE_LARGEST)
         json_expected(&at, "a number of magnitude at most 1e30");
-    else if (range->above && value - range->min < JSON_SMALLEST)
+    else if (range->above && value - range->min < SCENE_SMALLEST)
         json_expected(&at, "a number of at least 1e-30");
     else
         *number = value;

@@ -16,6 +16,7 @@
 
 #include "base/error.h"
 #include "math/vec3.h"
+#include "scene/model.h"
 
 struct json_reader {
     const char *file;    /* what sentences call it */
@@ -84,11 +85,8 @@ void json_next(struct json_at *item);
 
 /* --- typed values -------------------------------------------------------------------------------------- */
 
-/* Every number in a scene is at most JSON_LARGEST in magnitude, so that no product of a few overflows, and
- * one that must be above 0 is at least JSON_SMALLEST. */
-#define JSON_LARGEST 1e30
-#define JSON_SMALLEST 1e-30
-
+/* All numbers are at most SCENE_LARGEST in magnitude; those that must be above `min` are so by at least
+ * SCENE_SMALLEST. */
 struct json_range {
     double min, max;
     bool above, below; /* min, max themselves are outside */

@@ -6,8 +6,8 @@
 #include "scene/model.h"
 
 /* Reads and validates the scene file called `name` and everything that it reaches, through `assets`, which
- * afterwards holds exactly what was reached. The format follows the name's ending (.json). On failure
- * *scene stays empty; STATUS_INPUT and a sentence with file, JSON path (or line and column), what was
+ * afterwards holds exactly what was reached. The format follows the name's ending (.json or .nff). On failure
+ * *scene stays empty; STATUS_INPUT and a sentence with file, JSON path (or line, or byte), what was
  * expected and what was found. */
 enum status scene_load(struct scene *scene, const char *name, struct asset_set *assets, struct error *error);
 

@@ -1,7 +1,10 @@
 #include "scene/mesh.h"
 
+#include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "base/hash.h"
 #include "base/memory.h"
 #include "scene/polygon.h"
 
@@ -22,77 +25,127 @@ void mesh_add_face(struct mesh *mesh, size_t *capacity, const uint32_t *corners,
     mesh->triangle_count += added;
 }
 
-/* --- is it closed? --------------------------------------------------------------------------------------- */
+/* --- is it closed? -------------------------------------------------------------------------------------- */
 
-/* By place, then by number. */
-static int compare_places(const void *a, const void *b, void *points)
+uint32_t mesh_hash(const double *values, size_t count)
 {
-    uint32_t i = *(const uint32_t *)a, j = *(const uint32_t *)b;
-    struct vec3 p = ((const struct vec3 *)points)[i], q = ((const struct vec3 *)points)[j];
-    if (p.x != q.x)
-        return p.x < q.x ? -1 : 1;
-    if (p.y != q.y)
-        return p.y < q.y ? -1 : 1;
-    if (p.z != q.z)
-        return p.z < q.z ? -1 : 1;
-    return i < j ? -1 : i > j;
+    uint64_t hash = 0;
+    for (size_t i = 0; i < count; i++) {
+        double value = values[i] + 0.0; /* −0 becomes 0 */
+        uint64_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        hash = (hash ^ bits) * 0x9e3779b97f4a7c15u; /* 2^64 / golden ratio: Knuth, vol. 3, 6.4 */
+        hash ^= hash >> 32;
+    }
+    return hash_u32((uint32_t)hash);
 }
 
-/* For each vertex the first one in the same place. The caller frees. */
+/* For each vertex the first one in the same place, by a hash table with open addressing whose slots hold a
+ * vertex's number + 1. The caller frees. */
 static uint32_t *find_twins(const struct mesh *mesh)
 {
-    uint32_t *order = memory_array(mesh->vertex_count, sizeof *order);
+    size_t slot_count = 8;
+    while (slot_count < 2 * mesh->vertex_count)
+        slot_count *= 2;
+    uint32_t *slots = memory_array(slot_count, sizeof *slots);
     uint32_t *twin = memory_array(mesh->vertex_count, sizeof *twin);
-    for (size_t i = 0; i < mesh->vertex_count; i++)
-        order[i] = (uint32_t)i;
-    qsort_r(order, mesh->vertex_count, sizeof *order, compare_places, mesh->points);
     for (size_t i = 0; i < mesh->vertex_count; i++) {
-        struct vec3 here = mesh->points[order[i]];
-        bool same = i > 0 && vec3_is_zero(vec3_sub(here, mesh->points[order[i - 1]]));
-        twin[order[i]] = same ? twin[order[i - 1]] : order[i];
+        struct vec3 here = mesh->points[i];
+        size_t slot = mesh_hash(&here.x, 3) & (slot_count - 1);
+        while (slots[slot] && !vec3_is_zero(vec3_sub(here, mesh->points[slots[slot] - 1])))
+            slot = (slot + 1) & (slot_count - 1);
+        if (!slots[slot])
+            slots[slot] = (uint32_t)i + 1;
+        twin[i] = slots[slot] - 1;
     }
-    free(order);
+    free(slots);
     return twin;
 }
 
-static uint64_t edge_key(uint32_t from, uint32_t to)
-{
-    return (uint64_t)from << 32 | to;
-}
+/* The edges of all triangles with area, each at its lower vertex: those of vertex v are the entries first[v] up
+ * to first[v + 1] of `far`, each twice the higher vertex, plus 1 if the triangle runs along it downwards. */
+struct edge_table {
+    size_t *first;
+    uint32_t *far;
+};
 
-static int compare_edges(const void *a, const void *b)
+/* Calls visit(table, from, to) for each directed edge. */
+static void visit_edges(const struct mesh *mesh, const uint32_t *twin, struct edge_table *table,
+                        void (*visit)(struct edge_table *, uint32_t, uint32_t))
 {
-    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return x < y ? -1 : x > y;
-}
-
-/* Writes the directed edges of all triangles with area; returns how many. */
-static size_t list_edges(const struct mesh *mesh, const uint32_t *twin, uint64_t *edges)
-{
-    size_t count = 0;
     for (size_t i = 0; i < mesh->triangle_count; i++) {
         const uint32_t *corner = mesh->index + 3 * i;
         uint32_t a = twin[corner[0]], b = twin[corner[1]], c = twin[corner[2]];
         if (a == b || b == c || c == a)
             continue;
-        edges[count++] = edge_key(a, b);
-        edges[count++] = edge_key(b, c);
-        edges[count++] = edge_key(c, a);
+        visit(table, a, b);
+        visit(table, b, c);
+        visit(table, c, a);
     }
-    return count;
 }
 
-/* Every directed edge once, and its opposite there too. */
-static bool edges_match(uint64_t *edges, size_t count)
+static void count_edge(struct edge_table *table, uint32_t from, uint32_t to)
 {
-    qsort(edges, count, sizeof *edges, compare_edges);
-    for (size_t i = 0; i < count; i++) {
-        uint64_t opposite = edges[i] << 32 | edges[i] >> 32;
-        if ((i > 0 && edges[i] == edges[i - 1]) ||
-            !bsearch(&opposite, edges, count, sizeof *edges, compare_edges))
-            return false;
+    table->first[from < to ? from : to]++;
+}
+
+/* first[v] is the end of v's entries that are not filled yet; once all are, it is where they start. */
+static void fill_edge(struct edge_table *table, uint32_t from, uint32_t to)
+{
+    uint32_t low = from < to ? from : to, high = from < to ? to : from;
+    table->far[--table->first[low]] = 2 * high + (from > to);
+}
+
+static struct edge_table list_edges(const struct mesh *mesh, const uint32_t *twin)
+{
+    assert(mesh->vertex_count < (size_t)1 << 31);
+    struct edge_table table = {
+        .first = memory_array(mesh->vertex_count + 1, sizeof *table.first),
+        .far = memory_array(3 * mesh->triangle_count, sizeof *table.far),
+    };
+    visit_edges(mesh, twin, &table, count_edge);
+    for (size_t v = 1; v <= mesh->vertex_count; v++)
+        table.first[v] += table.first[v - 1];
+    visit_edges(mesh, twin, &table, fill_edge);
+    return table;
+}
+
+static int compare_edges(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return x < y ? -1 : x > y;
+}
+
+static void sort_edges(uint32_t *edges, size_t count)
+{
+    enum { FEW = 24 };
+    if (count > FEW) {
+        qsort(edges, count, sizeof *edges, compare_edges);
+        return;
     }
-    return count > 0;
+    for (size_t i = 1; i < count; i++) {
+        uint32_t edge = edges[i];
+        size_t at = i;
+        for (; at > 0 && edges[at - 1] > edge; at--)
+            edges[at] = edges[at - 1];
+        edges[at] = edge;
+    }
+}
+
+/* Every directed edge once, and its opposite too: sorted, they are pairs of 2 v and 2 v + 1, no two alike. */
+static bool edges_match(struct edge_table *table, size_t vertex_count)
+{
+    for (size_t v = 0; v < vertex_count; v++) {
+        uint32_t *edges = table->far + table->first[v];
+        size_t count = table->first[v + 1] - table->first[v];
+        if (count % 2 != 0)
+            return false;
+        sort_edges(edges, count);
+        for (size_t i = 0; i < count; i += 2)
+            if (edges[i] % 2 != 0 || edges[i + 1] != edges[i] + 1 || (i > 0 && edges[i] == edges[i - 2]))
+                return false;
+    }
+    return table->first[vertex_count] > 0;
 }
 
 /* Six times the volume, positive if the outside is seen counter-clockwise (divergence theorem). */
@@ -109,7 +162,7 @@ static double signed_volume(const struct mesh *mesh)
     return volume;
 }
 
-static void turn_inside_out(struct mesh *mesh)
+void mesh_turn_round(struct mesh *mesh)
 {
     for (size_t i = 0; i < mesh->triangle_count; i++) {
         uint32_t *corner = mesh->index + 3 * i, second = corner[1];
@@ -121,12 +174,13 @@ static void turn_inside_out(struct mesh *mesh)
 void mesh_close(struct mesh *mesh)
 {
     uint32_t *twin = find_twins(mesh);
-    uint64_t *edges = memory_array(3 * mesh->triangle_count, sizeof *edges);
-    bool matched = edges_match(edges, list_edges(mesh, twin, edges));
-    free(edges);
+    struct edge_table table = list_edges(mesh, twin);
+    bool matched = edges_match(&table, mesh->vertex_count);
+    free(table.first);
+    free(table.far);
     free(twin);
     double volume = signed_volume(mesh);
     mesh->closed = matched && volume != 0;
     if (mesh->closed && volume < 0)
-        turn_inside_out(mesh);
+        mesh_turn_round(mesh);
 }

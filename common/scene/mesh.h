@@ -17,9 +17,16 @@ void mesh_finish(struct mesh *mesh);
  * the face's first edge. */
 void mesh_add_face(struct mesh *mesh, size_t *capacity, const uint32_t *corners, size_t count);
 
+/* Turns all faces round, so that what was seen clockwise is seen counter-clockwise. Normals stay. */
+void mesh_turn_round(struct mesh *mesh);
+
+/* A hash of doubles, bit by bit; −0 counts as 0. */
+uint32_t mesh_hash(const double *values, size_t count);
+
 /* After the last face: finds out whether the mesh is closed. Vertices in one place count as one, and
  * triangles without area (two corners in one place) as none. A closed mesh whose outside is seen clockwise
- * is turned inside out. */
+ * is turned inside out. Takes linear time unless thousands of faces meet in
+ * one vertex. */
 void mesh_close(struct mesh *mesh);
 
 #endif

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "base/memory.h"
 #include "scene/mesh.h"
 
 void scene_finish(struct scene *scene)
@@ -18,6 +19,34 @@ void scene_finish(struct scene *scene)
     free(scene->objects);
     free(scene->images);
     *scene = (struct scene){0};
+}
+
+size_t scene_add_material(struct scene *scene, const struct material *material)
+{
+    scene->materials = memory_grow(scene->materials, &scene->material_capacity, scene->material_count + 1,
+                                   sizeof *scene->materials);
+    scene->materials[scene->material_count] = *material;
+    return scene->material_count++;
+}
+
+struct object *scene_add_object(struct scene *scene)
+{
+    scene->objects =
+        memory_grow(scene->objects, &scene->object_capacity, scene->object_count + 1, sizeof *scene->objects);
+    struct object *object = &scene->objects[scene->object_count++];
+    *object = (struct object){.transform = affine_identity()};
+    return object;
+}
+
+const char *camera_fault(const struct camera *camera)
+{
+    const double least_sine = 1e-9; /* below, which way is right would rest on rounding */
+    struct vec3 view = vec3_sub(camera->at, camera->from);
+    if (vec3_max_abs(view) < SCENE_SMALLEST)
+        return "expected from and at apart, found both in one place";
+    if (vec3_length(vec3_cross(vec3_normalize(camera->up), vec3_normalize(view))) < least_sine)
+        return "expected an up that is not parallel to the view, found a parallel one";
+    return NULL;
 }
 
 bool shape_is_closed(const struct shape *shape)

@@ -15,6 +15,11 @@
 #include "math/transform.h"
 #include "math/vec3.h"
 
+/* Every number of a scene is at most SCENE_LARGEST in magnitude, so that no product of a few overflows, and
+ * one that must be above 0 is at least SCENE_SMALLEST. */
+#define SCENE_LARGEST 1e30
+#define SCENE_SMALLEST 1e-30
+
 /* --- textures ------------------------------------------------------------------------------------------ */
 
 enum texture_kind { TEXTURE_CONSTANT, TEXTURE_CHECKER, TEXTURE_STRIPES, TEXTURE_GRADIENT, TEXTURE_IMAGE };
@@ -146,6 +151,9 @@ struct camera {
     double fov_degrees;       /* vertical, of the whole image; above 0, below 180 */
 };
 
+/* Why from, at and up are no camera: "expected …, found …", a constant. NULL if they are one. */
+const char *camera_fault(const struct camera *camera);
+
 enum background_kind { BACKGROUND_CONSTANT, BACKGROUND_GRADIENT, BACKGROUND_IMAGE };
 
 /* gradient: color[0] straight down to color[1] straight up, linear in the direction's y.
@@ -189,5 +197,11 @@ enum {
 };
 
 void scene_finish(struct scene *scene);
+
+/* Adds a copy; returns its place in scene->materials. */
+size_t scene_add_material(struct scene *scene, const struct material *material);
+
+/* Adds an object that is all zero but for its transform, the identity. Valid until the next one is added. */
+struct object *scene_add_object(struct scene *scene);
 
 #endif

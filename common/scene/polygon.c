@@ -49,7 +49,7 @@ static double turn(const struct outline *o, size_t a, size_t b, size_t c)
     return (o->x[b] - o->x[a]) * (o->y[c] - o->y[a]) - (o->y[b] - o->y[a]) * (o->x[c] - o->x[a]);
 }
 
-/* --- checking -------------------------------------------------------------------------------------------- */
+/* --- checking ------------------------------------------------------------------------------------------- */
 
 static double extent_of(const struct vec3 *points, size_t count)
 {
@@ -140,7 +140,22 @@ enum status polygon_check(const struct vec3 *points, size_t count, struct error 
     return check_simple(&outline, error);
 }
 
-/* --- cutting ---------------------------------------------------------------------------------------------- */
+/* --- cutting -------------------------------------------------------------------------------------------- */
+
+/* Seen along the mean normal, the corners appear one after the other, counter-clockwise, to somebody at the
+ * first one, and all on the left of the first edge, so within half a turn. */
+bool polygon_is_fan(const struct vec3 *points, const uint32_t *corners, size_t count)
+{
+    struct vec3 normal = mean_normal(points, corners, count), first = points[corners[0]];
+    struct vec3 edge = vec3_sub(points[corners[1]], first), last = edge;
+    for (size_t i = 2; i < count; i++) {
+        struct vec3 next = vec3_sub(points[corners[i]], first);
+        if (!(vec3_dot(normal, vec3_cross(last, next)) > 0 && vec3_dot(normal, vec3_cross(edge, next)) > 0))
+            return false;
+        last = next;
+    }
+    return true;
+}
 
 /* The corner turns left, and the triangle with its neighbours holds no other corner, not even on its edge. */
 static bool is_ear(const struct outline *o, size_t b)

@@ -4,6 +4,7 @@
 #ifndef WEFT_SCENE_POLYGON_H
 #define WEFT_SCENE_POLYGON_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -19,6 +20,11 @@ enum { POLYGON_CORNERS_MAX = 1024 }; /* checking and cutting take quadratic time
  * polygon: flat, not all on one line, no two neighbours in one place, and no two edges that meet except at
  * a common corner. */
 enum status polygon_check(const struct vec3 *points, size_t count, struct error *error);
+
+/* True if the triangles from the first corner to every other edge cut the face points[corners[0]], … (any
+ * number of corners from 3 on) as they should: all lie on the same side and beside each other, as those of
+ * every convex face do. Takes linear time. */
+bool polygon_is_fan(const struct vec3 *points, const uint32_t *corners, size_t count);
 
 /* Cuts the face points[corners[0]], points[corners[1]], … into count - 2 triangles (ear clipping, seen along
  * the face's mean normal) and writes their 3 × (count - 2) indices. Their sense is the face's, and the first

@@ -443,14 +443,14 @@ static void sentences_stay_on_one_line_and_end(void **state)
     bytes_finish(&text);
 }
 
-static void only_json_is_read(void **state)
+static void only_known_formats_are_read(void **state)
 {
     (void)state;
     struct asset_set assets = {0};
     struct scene scene;
     struct error error;
     assert_int_equal(scene_load(&scene, "scene.xml", &assets, &error), STATUS_INPUT);
-    assert_string_equal(error.text, "scene.xml: expected a scene file whose name ends in .json");
+    assert_string_equal(error.text, "scene.xml: expected a scene file whose name ends in .json or .nff");
     assert_int_equal(scene_load(&scene, "scene.json", &assets, &error), STATUS_INPUT);
     asset_set_finish(&assets);
 }
@@ -475,7 +475,7 @@ int main(void)
         cmocka_unit_test(an_object_with_many_keys_is_checked_in_time),
         cmocka_unit_test(every_beginning_of_a_scene_is_refused_and_leaves_nothing),
         cmocka_unit_test(sentences_stay_on_one_line_and_end),
-        cmocka_unit_test(only_json_is_read),
+        cmocka_unit_test(only_known_formats_are_read),
     };
     return cmocka_run_group_tests_name("JSON scenes", tests, NULL, NULL);
 }
