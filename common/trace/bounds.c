@@ -54,7 +54,8 @@ static double reach(struct vec3 row, struct vec3 half)
 static struct bounds box_bounds(const struct box *box)
 {
     struct mat3 m = mat3_inverse(&box->frame);
-    return around(box->center, vec3_make(reach(m.x, box->half), reach(m.y, box->half), reach(m.z, box->half)));
+    struct vec3 center = vec3_mix(box->low, box->high, 0.5), half = vec3_scale(vec3_sub(box->high, box->low), 0.5);
+    return around(mat3_apply(&m, center), vec3_make(reach(m.x, half), reach(m.y, half), reach(m.z, half)));
 }
 
 static struct bounds triangle_bounds(const struct triangle *triangle)

@@ -146,14 +146,14 @@ struct span frustum_span(const struct frustum *frustum, struct vec3 origin, stru
 
 struct span box_span(const struct box *box, struct vec3 origin, struct vec3 direction)
 {
-    struct vec3 o = mat3_apply(&box->frame, vec3_sub(origin, box->center));
+    struct vec3 o = mat3_apply(&box->frame, origin);
     struct vec3 d = mat3_apply(&box->frame, direction);
     const double os[3] = {o.x, o.y, o.z}, ds[3] = {d.x, d.y, d.z};
-    const double halves[3] = {box->half.x, box->half.y, box->half.z};
+    const double lows[3] = {box->low.x, box->low.y, box->low.z}, highs[3] = {box->high.x, box->high.y, box->high.z};
     struct interval inside = everything;
     uint8_t enter_part = 0, leave_part = 0;
     for (uint8_t axis = 0; axis < 3; axis++) {
-        struct interval between = slab(os[axis], ds[axis], -halves[axis], halves[axis]);
+        struct interval between = slab(os[axis], ds[axis], lows[axis], highs[axis]);
         uint8_t positive = (uint8_t)(2 * axis), negative = (uint8_t)(2 * axis + 1);
         if (between.low > inside.low) {
             inside.low = between.low;

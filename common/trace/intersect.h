@@ -61,10 +61,11 @@ struct frustum {
     bool open;
 };
 
-/* With q = frame (p − center): |q.x| <= half.x and so on. */
+/* With q = frame p: low.x <= q.x <= high.x and so on. Without a centre, faces in one plane have equal bits, and nothing is
+ * lost far from the origin. */
 struct box {
     struct mat3 frame;
-    struct vec3 center, half;
+    struct vec3 low, high;
 };
 
 /* Front: a, b, c counter-clockwise. */

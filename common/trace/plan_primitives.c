@@ -139,14 +139,14 @@ static void add_frustum(struct plan *plan, uint32_t object, const struct shape *
 
 static void add_box(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
 {
-    struct vec3 half = vec3_scale(vec3_sub(shape->box.max, shape->box.min), 0.5);
     double unit;
     struct mat3 frame = place_frame(at, vec3_make(1, 0, 0), vec3_make(0, 1, 0), vec3_make(0, 0, 1), &unit);
-    plan->objects[object].extent = stretch(at) * vec3_length(half);
+    struct vec3 eye = mat3_apply(&frame, vec3_sub(at->eye, at->world.offset));
+    plan->objects[object].extent = stretch(at) * vec3_length(vec3_sub(shape->box.max, shape->box.min));
     plan->boxes[plan->count[PRIMITIVE_BOX]] = (struct box){
         .frame = frame,
-        .center = place(at, vec3_add(shape->box.min, half)),
-        .half = vec3_scale(half, unit),
+        .low = vec3_sub(vec3_scale(shape->box.min, unit), eye),
+        .high = vec3_sub(vec3_scale(shape->box.max, unit), eye),
     };
     add_primitive(plan, object, PRIMITIVE_BOX, -1);
 }

@@ -54,12 +54,15 @@ static struct implicit frustum_implicit(const struct frustum *frustum, struct ve
 
 static struct implicit box_implicit(const struct box *box, struct vec3 p, uint8_t face)
 {
-    struct vec3 q = mat3_apply(&box->frame, vec3_sub(p, box->center));
-    const double at[3] = {q.x, q.y, q.z}, half[3] = {box->half.x, box->half.y, box->half.z};
+    struct vec3 q = mat3_apply(&box->frame, p);
+    const double at[3] = {q.x, q.y, q.z}, low[3] = {box->low.x, box->low.y, box->low.z};
+    const double high[3] = {box->high.x, box->high.y, box->high.z};
+    uint8_t axis = face / 2;
     double sign = face % 2 ? -1 : 1, along[3] = {0, 0, 0};
-    along[face / 2] = sign;
-    return (struct implicit){&box->frame, box->center, sign * at[face / 2] - half[face / 2],
-                             vec3_make(along[0], along[1], along[2]), {0, 0, 0}};
+    along[axis] = sign;
+    return (struct implicit){.frame = &box->frame,
+                             .value = face % 2 ? low[axis] - at[axis] : at[axis] - high[axis],
+                             .gradient = vec3_make(along[0], along[1], along[2])};
 }
 
 static struct implicit flat_implicit(const struct plane *plane, struct vec3 p)

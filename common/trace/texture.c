@@ -23,16 +23,17 @@ static struct texture_row compile_row(const struct affine *transform, struct vec
     };
 }
 
-/* Keeps the offset of a pattern of period 2 small, so that a scene far from its origin loses no digits here. */
-static struct texture_row periodic(struct texture_row row)
-{
-    row.offset = fmod(row.offset, 2);
-    return row;
-}
-
 static struct texture_row scaled(struct texture_row row, double factor)
 {
     return (struct texture_row){vec3_scale(row.gradient, factor), row.offset * factor};
+}
+
+/* In cells of that size, for a pattern of period 2. fmod is exact, so a scene far from its origin loses no digits of
+ * the phase here. */
+static struct texture_row in_cells(struct texture_row row, double size)
+{
+    row.offset = fmod(row.offset, 2 * size);
+    return scaled(row, 1 / size);
 }
 
 static struct texture_row reversed(struct texture_row row)
@@ -170,11 +171,10 @@ struct plan_texture plan_texture_compile(const struct texture *texture, const st
         break;
     case TEXTURE_CHECKER: /* rows: the coordinates in cells */
         for (int i = 0; i < 3; i++)
-            to.row[i] = periodic(scaled(compile_row(transform, eye, axes[i], texture->offset), 1 / texture->size));
+            to.row[i] = in_cells(compile_row(transform, eye, axes[i], texture->offset), texture->size);
         break;
     case TEXTURE_STRIPES: /* row: in stripes */
-        row = compile_row(transform, eye, texture->direction, texture->offset);
-        to.row[0] = periodic(scaled(row, 1 / texture->size));
+        to.row[0] = in_cells(compile_row(transform, eye, texture->direction, texture->offset), texture->size);
         break;
     case TEXTURE_GRADIENT: /* row: 0 at the start, 1 at the end */
         row = compile_row(transform, eye, texture->direction, vec3_scale(texture->direction, texture->start));

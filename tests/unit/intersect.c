@@ -328,7 +328,7 @@ static void rims_and_apex_do_not_leak(void **state)
  * -----------------------------------------------------------------------------------------------------------
  */
 
-static const struct box cube = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, {1, 1, 1}};
+static const struct box cube = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {-1, -1, -1}, {1, 1, 1}};
 
 static void box_faces_edges_and_corners(void **state)
 {
@@ -364,7 +364,7 @@ static void box_parts_are_where_they_say(void **state)
             assert_true(vec3_max_abs(p) <= 1 + 1e-13);
         }
         struct affine turn = affine_rotation(random_unit(i, 6), 77);
-        struct box turned = {mat3_transpose(&turn.linear), vec3_make(0, 0, 0), cube.half};
+        struct box turned = {mat3_transpose(&turn.linear), cube.low, cube.high};
         struct span same = box_span(&turned, mat3_apply(&turn.linear, o), mat3_apply(&turn.linear, d));
         if (span.roots && span.leave - span.enter > 1e-6 &&
             vec3_max_abs(vec3_make(1 / d.x, 1 / d.y, 1 / d.z)) < 1e3)
