@@ -111,6 +111,9 @@ static struct interval quadric_interval(double ox, double oy, double rho, double
     return delta > 0 ? (struct interval){roots.high, INFINITY} : (struct interval){-INFINITY, roots.low};
 }
 
+/* Square of how many times nearer a ray must come for its start to count as far away. */
+static const double FAR_AWAY = 16;
+
 /* The side alone: each end of the quadric's interval that lies between the end planes. */
 static struct span open_span(struct interval side, struct interval ends)
 {
@@ -126,15 +129,37 @@ static struct span open_span(struct interval side, struct interval ends)
     return span;
 }
 
+/* From far away a cone's a, b and c can all be small differences of large numbers (where the ray runs along a side), and
+ * their errors grow as the square of the distance. So the ray is first taken to where it comes nearest to the narrow
+ * end: that costs one rounding of the distance. Returns the parameter of that point, which *o becomes. */
+static double approach(const struct frustum *frustum, struct vec3 *o, struct vec3 d)
+{
+    if (frustum->slope == 0)
+        return 0;
+    double start = -vec3_dot(*o, d) / vec3_dot(d, d);
+    struct vec3 nearest = vec3_add_scaled(*o, d, start);
+    if (!(FAR_AWAY * vec3_dot(nearest, nearest) < vec3_dot(*o, *o)))
+        return 0;
+    *o = nearest;
+    return start;
+}
+
+static struct interval shifted(struct interval interval, double by)
+{
+    return (struct interval){interval.low + by, interval.high + by};
+}
+
 struct span frustum_span(const struct frustum *frustum, struct vec3 origin, struct vec3 direction)
 {
     struct vec3 o = mat3_apply(&frustum->frame, vec3_sub(origin, frustum->origin));
     struct vec3 d = mat3_apply(&frustum->frame, direction);
-    struct interval ends = slab(o.z, d.z, 0, frustum->height);
+    double start = approach(frustum, &o, d);
+    struct interval ends = shifted(slab(o.z, d.z, 0, frustum->height), start);
     if (!(ends.low <= ends.high))
         return span_of(nothing, 0, 0);
     struct interval side = quadric_interval(o.x, o.y, frustum->radius + frustum->slope * o.z, d.x, d.y,
                                             frustum->slope * d.z);
+    side = shifted(side, start);
     if (frustum->open)
         return open_span(side, ends);
     uint8_t first_cap = d.z > 0 ? PART_NARROW_CAP : PART_WIDE_CAP;
@@ -168,6 +193,35 @@ struct span box_span(const struct box *box, struct vec3 origin, struct vec3 dire
 }
 
 /* --- triangles ----------------------------------------------------------------------------------------------- */
+
+/* The two parts of a product of doubles, exactly: high + low = a b (Dekker 1971, with Veltkamp's splitting). */
+static double product_error(double a, double b, double product)
+{
+    double a_big = 134217729 * a, b_big = 134217729 * b; /* 2^27 + 1 */
+    double a_high = a_big - (a_big - a), b_high = b_big - (b_big - b);
+    double a_low = a - a_high, b_low = b - b_high;
+    return a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low);
+}
+
+/* a b − c d, to about one rounding however much cancels. */
+static double difference_of_products(double a, double b, double c, double d)
+{
+    double ab = a * b, cd = c * d;
+    return (ab - cd) + (product_error(a, b, ab) - product_error(c, d, cd));
+}
+
+struct triangle triangle_make(struct vec3 a, struct vec3 b, struct vec3 c)
+{
+    struct vec3 u = vec3_sub(b, a), v = vec3_sub(c, a);
+    struct vec3 across = {difference_of_products(u.y, v.z, u.z, v.y), difference_of_products(u.z, v.x, u.x, v.z),
+                          difference_of_products(u.x, v.y, u.y, v.x)};
+    struct triangle triangle = {.a = a, .b = b, .c = c};
+    if (!vec3_is_zero(across)) {
+        triangle.plane.normal = vec3_normalize(across);
+        triangle.plane.offset = vec3_dot(triangle.plane.normal, a);
+    }
+    return triangle;
+}
 
 struct shear shear_of(struct vec3 direction)
 {
@@ -205,7 +259,8 @@ static bool passes_left(struct vec3 p, struct vec3 q, double area)
     return area > 0 || (area == 0 && (p.y > q.y || (p.y == q.y && p.x < q.x)));
 }
 
-struct span triangle_span(const struct triangle *triangle, struct vec3 origin, const struct shear *shear)
+struct span triangle_span(const struct triangle *triangle, struct vec3 origin, struct vec3 direction,
+                          const struct shear *shear)
 {
     struct vec3 a = sheared(triangle->a, origin, shear);
     struct vec3 b = sheared(triangle->b, origin, shear);
@@ -215,7 +270,8 @@ struct span triangle_span(const struct triangle *triangle, struct vec3 origin, c
     double total = area.x + area.y + area.z;
     if (passes_left(a, c, area.y) != left || passes_left(b, a, area.z) != left || total == 0)
         return (struct span){0};
-    double t = (area.x * a.z + area.y * b.z + area.z * c.z) * shear->sz / total;
+    const struct plane *plane = &triangle->plane;
+    double t = (plane->offset - vec3_dot(plane->normal, origin)) / vec3_dot(plane->normal, direction);
     return flat_span(t, -total); /* counter-clockwise, so seen from the front, makes the areas positive */
 }
 

@@ -68,10 +68,13 @@ struct box {
     struct vec3 low, high;
 };
 
-/* Front: a, b, c counter-clockwise. */
+/* Front: a, b, c counter-clockwise. The plane's normal is zero if the triangle has no area. */
 struct triangle {
     struct vec3 a, b, c;
+    struct plane plane;
 };
+
+struct triangle triangle_make(struct vec3 a, struct vec3 b, struct vec3 c);
 
 /* What the triangle test needs of a ray: its largest direction axis z, the other two in an order that keeps
  * the winding, and the shear that makes the direction (0, 0, 1). */
@@ -89,10 +92,12 @@ struct span box_span(const struct box *box, struct vec3 origin, struct vec3 dire
 
 struct shear shear_of(struct vec3 direction);
 
-/* Watertight (Woop, Benthin and Wald, JCGT 2(1), 2013): two triangles that share an edge leave no gap and no
+/* Watertight (Woop, Benthin and Wald, JCGT 2(1), 2013), but for t, which comes from the plane: weights of a needle's
+ * corners are far less exact than its plane, and flat faces in one plane get equal t. Two triangles that share an edge leave no gap and no
  * overlap, because each edge's sign comes from one difference of products of the same numbers, and where that is
  * zero from the direction in which the edge runs. */
-struct span triangle_span(const struct triangle *triangle, struct vec3 origin, const struct shear *shear);
+struct span triangle_span(const struct triangle *triangle, struct vec3 origin, struct vec3 direction,
+                          const struct shear *shear);
 
 /* The barycentric weights (of a, b, c; not negative, sum 1 to rounding) of the point where the ray meets the
  * triangle, which it does. */

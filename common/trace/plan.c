@@ -216,7 +216,7 @@ static struct span primitive_span(const struct plan *plan, const struct primitiv
     case PRIMITIVE_BOX:
         return box_span(&plan->boxes[primitive->index], origin, direction);
     case PRIMITIVE_TRIANGLE:
-        return triangle_span(&plan->triangles[primitive->index], origin, shear);
+        return triangle_span(&plan->triangles[primitive->index], origin, direction, shear);
     case PRIMITIVE_KINDS:
         break;
     }

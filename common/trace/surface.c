@@ -121,10 +121,13 @@ static struct surface triangle_surface(const struct plan *plan, const struct ray
     const struct plan_mesh *mesh = mesh_of(plan, primitive);
     struct shear shear = shear_of(ray->direction);
     struct vec3 w = triangle_weights(triangle, ray->origin, &shear);
-    struct vec3 p = vec3_add(vec3_scale(triangle->a, w.x), vec3_add(vec3_scale(triangle->b, w.y), vec3_scale(triangle->c, w.z)));
-    struct vec3 across = vec3_cross(vec3_sub(triangle->b, triangle->a), vec3_sub(triangle->c, triangle->a));
-    struct surface surface = {.position = p, .weights = {w.x, mesh->mirrored ? w.z : w.y, mesh->mirrored ? w.y : w.z}};
-    surface.normal = unit_or(across, vec3_neg(ray->direction));
+    double t = hit->side == SIDE_LEAVE ? hit->t - plan_leave_delay(plan, hit->id, ray->origin, hit->t) : hit->t;
+    struct vec3 p = vec3_add_scaled(ray->origin, ray->direction, t), normal = triangle->plane.normal;
+    p = vec3_add_scaled(p, normal, triangle->plane.offset - vec3_dot(normal, p));
+    struct surface surface = {.position = p, .normal = normal};
+    surface.weights[0] = w.x;
+    surface.weights[1] = mesh->mirrored ? w.z : w.y;
+    surface.weights[2] = mesh->mirrored ? w.y : w.z;
     surface.shading_normal = surface.normal;
     double reach = vec3_max_abs(triangle->a);
     reach = vec3_max_abs(triangle->b) > reach ? vec3_max_abs(triangle->b) : reach;

@@ -16,11 +16,11 @@
 static struct span span_of_triangle(const struct triangle *triangle, struct vec3 origin, struct vec3 direction)
 {
     struct shear shear = shear_of(direction);
-    return triangle_span(triangle, origin, &shear);
+    return triangle_span(triangle, origin, direction, &shear);
 }
 
 /* Counter-clockwise seen from +z. */
-static const struct triangle facing = {{0, 0, 1}, {2, 0, 1}, {0, 2, 1}};
+static const struct triangle facing = {{0, 0, 1}, {2, 0, 1}, {0, 2, 1}, {{0, 0, 1}, 1}};
 
 static void front_is_counter_clockwise(void **state)
 {
@@ -43,7 +43,7 @@ static void triangle_is_met_where_it_is(void **state)
     (void)state;
     unsigned fronts = 0, backs = 0;
     for (uint32_t i = 0; i < 50000; i++) {
-        struct triangle t = {random_vector(i, 0), random_vector(i, 3), random_vector(i, 6)};
+        struct triangle t = triangle_make(random_vector(i, 0), random_vector(i, 3), random_vector(i, 6));
         double v = random_between(i, 9, 0.05, 0.45), w = random_between(i, 10, 0.05, 0.45), u = 1 - v - w;
         struct vec3 p = vec3_add(vec3_scale(t.a, u), vec3_add(vec3_scale(t.b, v), vec3_scale(t.c, w)));
         struct vec3 o = vec3_scale(random_vector(i, 11), 10), d = vec3_normalize(vec3_sub(p, o));
@@ -52,7 +52,7 @@ static void triangle_is_met_where_it_is(void **state)
         if (fabs(steep) < 1e-2)
             continue;
         struct shear shear = shear_of(d);
-        struct span span = triangle_span(&t, o, &shear);
+        struct span span = triangle_span(&t, o, d, &shear);
         assert_int_equal(span.roots, steep > 0 ? SPAN_ENTER : SPAN_LEAVE);
         assert_true(fabs(span.enter - distance) <= 1e-12); /* a few ulp of 20 over the least |d · n| */
         struct vec3 weights = triangle_weights(&t, o, &shear);
@@ -67,9 +67,11 @@ static void triangle_is_met_where_it_is(void **state)
 static void degenerate_triangles_are_harmless(void **state)
 {
     (void)state;
-    const struct triangle flat[] = {{{0, 0, 1}, {1, 1, 1}, {2, 2, 1}},
-                                    {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}},
-                                    {{0, 0, 1}, {1, 0, 1}, {1, 0, 1}}};
+    const struct triangle flat[] = {
+        triangle_make(vec3_make(0, 0, 1), vec3_make(1, 1, 1), vec3_make(2, 2, 1)),
+        triangle_make(vec3_make(0, 0, 1), vec3_make(0, 0, 1), vec3_make(0, 0, 1)),
+        triangle_make(vec3_make(0, 0, 1), vec3_make(1, 0, 1), vec3_make(1, 0, 1)),
+    };
     for (size_t k = 0; k < 3; k++)
         for (uint32_t i = 0; i < 10000; i++) {
             struct vec3 o = vec3_scale(random_vector(i, 0), 3);
@@ -77,7 +79,7 @@ static void degenerate_triangles_are_harmless(void **state)
             struct span span = span_of_triangle(&flat[k], o, vec3_normalize(vec3_sub(target, o)));
             assert_true(!span.roots || isfinite(span.enter));
         }
-    const struct triangle needle = {{0, 0, 1}, {1e8, 0, 1}, {0, 1, 1}};
+    const struct triangle needle = triangle_make(vec3_make(0, 0, 1), vec3_make(1e8, 0, 1), vec3_make(0, 1, 1));
     struct span span = span_of_triangle(&needle, vec3_make(5e7, 0.25, 3), vec3_make(0, 0, -1));
     assert_int_equal(span.roots, SPAN_ENTER);
     assert_true(span.enter == 2);
@@ -101,8 +103,8 @@ static void closed_mesh_does_not_leak(void **state)
         bool left = false;
         for (size_t k = 0; k < mesh->triangle_count && !left; k++) {
             const uint32_t *v = &mesh->index[3 * k];
-            struct triangle t = {mesh->points[v[0]], mesh->points[v[1]], mesh->points[v[2]]};
-            struct span span = triangle_span(&t, o, &shear);
+            struct triangle t = triangle_make(mesh->points[v[0]], mesh->points[v[1]], mesh->points[v[2]]);
+            struct span span = triangle_span(&t, o, d, &shear);
             assert_true(!(span.roots & SPAN_ENTER) || span.enter < 0);
             left = (span.roots & SPAN_LEAVE) && span.leave > 0;
         }
