@@ -19,6 +19,7 @@ CFLAGS_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all 
 CFLAGS  = -std=c11 $(CFLAGS_$(MODE)) $(WARN) $(NUMERIC) -pthread
 LDFLAGS = $(if $(filter sanitize,$(MODE)),-fsanitize=address$(comma)undefined) -pthread
 LDLIBS  = -lzmq -lcjson -lpng -lsodium -lm
+TEST_LIBS = -lcmocka -lmpfr -lgmp -lquadmath
 comma   = ,
 Q       = $(if $(V),,@) # make V=1 shows the commands
 
@@ -27,10 +28,10 @@ FARM    = $(filter-out %/main.c,$(wildcard coordinator/*.c worker/*.c))
 OBJECTS = $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM) $(wildcard coordinator/main.c worker/main.c))
 PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker/main.c),$(B)/weft-worker)
 
-C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c))
+C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c))
 SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t)
 
-.PHONY: all demo test test-one-mode check clean help
+.PHONY: all demo test test-one-mode test-isa check clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
@@ -39,6 +40,7 @@ help:
 	@echo 'make            builds $(B)/weft and $(B)/weft-worker (installing what is missing, by apt)'
 	@echo 'make demo       renders scenes/showcase.json with two workers into showcase.png'
 	@echo 'make test       all tests, in release mode and with address and undefined-behaviour sanitizers'
+	@echo 'make test-isa   the same bits from other compilers, options and CPUs (installing emulators, by apt)'
 	@echo 'make clean      removes what was built'
 	@echo 'CC=clang builds with clang; MODE=sanitize B=build/sanitize builds with sanitizers'
 
@@ -80,7 +82,7 @@ $(B)/weft-worker: $(B)/obj/worker/main.o $(B)/libweft.a
 $(B)/tests/%.t: $(B)/obj/tests/%.o $(B)/libweft.a
 	@mkdir -p $(@D)
 	$(if $(V),,@echo '  LINK $@')
-	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS) -lcmocka -lmpfr -lgmp -lquadmath
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(TEST_LIBS) $(LDLIBS)
 
 -include $(OBJECTS:.o=.d) $(patsubst $(B)/tests/%.t,$(B)/obj/tests/%.d,$(C_TESTS))
 
@@ -92,6 +94,11 @@ test:
 
 test-one-mode: all $(C_TESTS)
 	CMOCKA_MESSAGE_OUTPUT=TAP WEFT_BUILD=$(B) WEFT_MODE=$(MODE) $(PROVE) --timer -e '' $(TESTS) $(if $(TESTS),,$(C_TESTS) $(SHELL_TESTS))
+
+# What cannot be installed here is skipped there.
+test-isa: $(B)/tests/isa/signature.t
+	-deploy/install-dependencies --isa $(B)/arm64
+	WEFT_BUILD=$(B) $(PROVE) --timer --verbose -e '' tests/isa/*.t
 
 clean:
 	rm -rf $(B)

@@ -1,6 +1,7 @@
 #include "worker/pool.h"
 
 #include <errno.h>
+#include <fenv.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -256,6 +257,7 @@ static void *thread_main(void *argument)
 {
     struct pool *pool = argument;
     struct thread_state state = {0};
+    fesetenv(FE_DFL_ENV); /* rounding and subnormals as IEEE 754 has them, whatever a library may have set */
     pthread_mutex_lock(&pool->mutex);
     while (!pool->stopping) {
         if (run_loading(pool) || run_tile(pool, &state))

@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # What must not be in the objects of the rooms that decide a pixel; sourced.
 
 # objects FOLDER_OR_OBJECT...: of a build folder, those of these rooms; one a line.
@@ -14,7 +15,7 @@ objects() {
 
 # Instructions that do not round after every operation, or not alike on all processors, or that change how others
 # round: fused multiply-add, x87, approximate reciprocals, and writers of the control registers.
-x86_inexact='vfn?m(add|sub)[a-z0-9]*|f[a-z0-9]+|v?r(cp|sqrt)(14|28)?[ps][sdh]|v?ldmxcsr|fxrstor[a-z0-9]*|xrstor[a-z0-9]*'
+x86_inexact='vfn?m(add|sub)[a-z0-9]*|f[a-z0-9]+|v?r(cp|sqrt)(14|28)?[ps][sdh]|v?ldmxcsr|f?xrstor[a-z0-9]*'
 arm_inexact='fn?m(add|sub)|fn?ml[as]l?2?|fn?m(ad|sb)|fcmla|fr(ecp|sqrt)[a-z]*|bf(dot|mmla|mlal[bt]|cvt[a-z0-9]*)|msr'
 
 # inexact_instructions OBJDUMP FOLDER_OR_OBJECT...: those found, one a line with object and function.
