@@ -1,5 +1,6 @@
 /*
- * Weaving a picture from its bands: row records arrive in any order and are written from the top as soon as they can be.
+ * Weaving a picture from its bands: row records arrive in any order and are written from the top as soon as they
+ * can be.
  */
 #ifndef WEFT_COORDINATOR_ASSEMBLY_H
 #define WEFT_COORDINATOR_ASSEMBLY_H
@@ -19,7 +20,8 @@ struct assembly *assembly_create(const char *path, const struct image_descriptio
 /* Bytes of one row's record. */
 size_t assembly_record_bytes(const struct assembly *assembly);
 
-/* Takes the records of rows first_row..first_row + rows − 1, which must be within the picture and new. They are copied. */
+/* Takes the records of rows first_row..first_row + rows − 1, which must be within the picture and new. They are
+ * copied. */
 enum status assembly_add(struct assembly *assembly, uint32_t first_row, uint32_t rows, const uint8_t *records,
                          struct error *error);
 

@@ -18,7 +18,7 @@
 
 enum { BEAT_MS = 1000, SILENCE_MS = 4500 }; /* four beats, and a little */
 
-/* --- starting -------------------------------------------------------------------------------------------------------- */
+/* --- starting --------------------------------------------------------------------------------------------- */
 
 /* Signals that this process was started to ignore, as by nohup, stay ignored. */
 static int block_signals(void)
@@ -97,7 +97,7 @@ void farm_set_progress(struct farm *farm, struct progress *progress)
     farm->progress = progress;
 }
 
-/* --- running ------------------------------------------------------------------------------------------------------------ */
+/* --- running ---------------------------------------------------------------------------------------------- */
 
 static struct peer *peer_of_process(struct farm *farm, pid_t pid)
 {
@@ -190,7 +190,7 @@ enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int 
     return *interrupted ? STATUS_FAILED : farm->status;
 }
 
-/* --- ending --------------------------------------------------------------------------------------------------------------- */
+/* --- ending ----------------------------------------------------------------------------------------------- */
 
 static size_t peers_present(const struct farm *farm)
 {

@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "coordinator/farm_private.h"
 
-/* --- sending ------------------------------------------------------------------------------------------------------ */
+/* --- sending ---------------------------------------------------------------------------------------------- */
 
 static bool send_to(struct farm *farm, const struct wire_peer *address, const struct message *message)
 {
@@ -44,7 +44,7 @@ static struct peer *peer_numbered(struct farm *farm, uint32_t number)
     return &farm->peers[number - 1];
 }
 
-/* --- carrying out the scheduler's actions --------------------------------------------------------------------------- */
+/* --- carrying out the scheduler's actions ----------------------------------------------------------------- */
 
 static void fail(struct farm *farm, enum status status, const struct error *error)
 {
@@ -169,7 +169,7 @@ void farm_tell(struct farm *farm, const struct event *event, const uint8_t *reco
     free(actions.items);
 }
 
-/* --- joining ------------------------------------------------------------------------------------------------------------ */
+/* --- joining ---------------------------------------------------------------------------------------------- */
 
 static void refuse(struct farm *farm, const struct wire_peer *address, const struct message *hello, const char *reason)
 {
@@ -224,7 +224,7 @@ static void take_hello(struct farm *farm, const struct wire_peer *address, const
                                     .credit = hello->hello.credit}, NULL);
 }
 
-/* --- answering ------------------------------------------------------------------------------------------------------------ */
+/* --- answering -------------------------------------------------------------------------------------------- */
 
 static void take_need(struct farm *farm, struct peer *peer, const struct message *message)
 {

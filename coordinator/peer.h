@@ -44,8 +44,8 @@ struct peer {
 /* Frees what the peer holds. */
 void peer_finish(struct peer *peer);
 
-/* Takes a chunk of a result of `total` bytes. True once it is complete: the whole is moved into *whole, which the caller
- * frees. *fits becomes false if the chunk does not continue what came before. */
+/* Takes a chunk of a result of `total` bytes. True once it is complete: the whole is moved into *whole, which
+ * the caller frees. *fits becomes false if the chunk does not continue what came before. */
 bool peer_take_chunk(struct peer *peer, const struct message *result, uint64_t total, struct bytes *whole, bool *fits);
 
 /* Forgets what has come under that lease. */

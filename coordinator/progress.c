@@ -35,7 +35,7 @@ struct progress {
     size_t state_count;
 };
 
-/* --- writing ------------------------------------------------------------------------------------------ */
+/* --- writing ---------------------------------------------------------------------------------------------- */
 
 /* One write if the system lets it be one. That a view cannot be written is no reason to end a render. */
 static void write_bytes(FILE *to, const struct bytes *bytes)
@@ -64,7 +64,7 @@ static void write_view(struct progress *progress, void (*view)(struct bytes *, c
     bytes_finish(&text);
 }
 
-/* --- the block on a terminal -------------------------------------------------------------------------- */
+/* --- the block on a terminal ------------------------------------------------------------------------------ */
 
 static struct terminal_size terminal_size(FILE *to)
 {
@@ -175,7 +175,7 @@ static void show_after_log(void *context)
     write_block(progress, 0);
 }
 
-/* --- JSON lines --------------------------------------------------------------------------------------- */
+/* --- JSON lines ------------------------------------------------------------------------------------------- */
 
 /* Whether a job's state differs from what the last line told. */
 static bool states_changed(const struct progress *progress, const struct snapshot *snapshot)
@@ -198,7 +198,7 @@ static void write_json(struct progress *progress, const struct snapshot *snapsho
     write_view(progress, progress_json, snapshot);
 }
 
-/* --- all modes ---------------------------------------------------------------------------------------- */
+/* --- all modes -------------------------------------------------------------------------------------------- */
 
 struct progress *progress_create(enum progress_mode mode, FILE *to)
 {

@@ -8,7 +8,7 @@
 
 #include "coordinator/text.h"
 
-/* --- figures ------------------------------------------------------------------------------------------ */
+/* --- figures ---------------------------------------------------------------------------------------------- */
 
 enum { FIGURE_BYTES = 32 };
 
@@ -65,7 +65,7 @@ static unsigned percent_of(const struct job_snapshot *job)
     return percent < 99 ? (unsigned)percent : 99;
 }
 
-/* --- the job that is under way ------------------------------------------------------------------------ */
+/* --- the job that is under way ---------------------------------------------------------------------------- */
 
 /* The first that has not ended, else the last. */
 static size_t current_job(const struct snapshot *snapshot)
@@ -180,7 +180,7 @@ static void put_bar(struct bytes *text, const struct snapshot *snapshot, size_t 
     put_line(text, &line, columns);
 }
 
-/* --- the workers -------------------------------------------------------------------------------------- */
+/* --- the workers ------------------------------------------------------------------------------------------ */
 
 const char *progress_worker_state(enum worker_state state)
 {
@@ -318,7 +318,7 @@ void progress_block(struct bytes *text, const struct snapshot *snapshot, size_t 
         put_no_worker(text, columns);
 }
 
-/* --- the plain line ----------------------------------------------------------------------------------- */
+/* --- the plain line --------------------------------------------------------------------------------------- */
 
 void progress_line(struct bytes *text, const struct snapshot *snapshot)
 {

@@ -152,20 +152,21 @@ static enum status check_arguments(const struct arguments *a, int scenes, struct
     while (mode < 4 && strcmp(a->progress, modes[mode]) != 0)
         mode++;
     if (mode == 4)
-        return error_set(error, STATUS_USAGE, "--progress: expected auto, bar, json or none, found \"%s\"", a->progress);
+        return error_set(error, STATUS_USAGE, "--progress: expected auto, bar, json or none, found \"%s\"",
+                         a->progress);
     if (scenes == 0)
         return error_set(error, STATUS_USAGE, "expected a scene; see weft render --help");
     if (a->workers == 0 && !a->listen[0])
         return error_set(error, STATUS_USAGE, "--workers 0 needs --listen: otherwise nobody would render");
     if (a->listen[0] && !a->insecure && !wire_endpoint_is_local(a->listen))
         return error_set(error, STATUS_USAGE,
-                         "--listen: %s can be reached from other machines, and anyone there could join; say --insecure if "
-                         "that is meant",
+                         "--listen: %s can be reached from other machines, and anyone there could join; say "
+                         "--insecure if that is meant",
                          a->listen);
     return STATUS_OK;
 }
 
-/* --- outputs ------------------------------------------------------------------------------------------------------------ */
+/* --- outputs ---------------------------------------------------------------------------------------------- */
 
 /* The scene's file name without folder and ending. The caller frees. */
 static char *stem_of(const char *path)
@@ -233,7 +234,7 @@ static enum status open_jobs(const struct arguments *a, char **scenes, int count
     return status;
 }
 
-/* --- rendering ------------------------------------------------------------------------------------------------------------ */
+/* --- rendering -------------------------------------------------------------------------------------------- */
 
 /* "12.3 M" and the like. */
 static void format_count(char text[16], double count)

@@ -97,7 +97,7 @@ void scheduler_destroy(struct scheduler **pointer)
     *pointer = NULL;
 }
 
-/* --- looking things up ----------------------------------------------------------------------------------------- */
+/* --- looking things up ------------------------------------------------------------------------------------ */
 
 static struct worker *find_worker(const struct scheduler *s, uint32_t number)
 {
@@ -167,7 +167,7 @@ static void act(struct scheduler *s, struct action action)
     list->items[list->count++] = action;
 }
 
-/* --- bands ------------------------------------------------------------------------------------------------------- */
+/* --- bands ------------------------------------------------------------------------------------------------ */
 
 static bool has_waiting(const struct job *job)
 {
@@ -236,7 +236,7 @@ static void revoke_band(struct scheduler *s, uint32_t job, uint32_t band)
     }
 }
 
-/* --- jobs -------------------------------------------------------------------------------------------------------- */
+/* --- jobs ------------------------------------------------------------------------------------------------- */
 
 static void end_job(struct scheduler *s, uint32_t number, struct action last)
 {
@@ -262,13 +262,14 @@ static void accept(struct scheduler *s, const struct lease *answered)
     job->accepted_rows += band->rows;
     job->answered_ms += s->now_ms - answered->granted_ms;
     job->answered++;
-    act(s, (struct action){.kind = ACTION_ACCEPT, .job = answered->job, .first_row = band->first_row, .rows = band->rows});
+    act(s, (struct action){.kind = ACTION_ACCEPT, .job = answered->job, .first_row = band->first_row,
+                           .rows = band->rows});
     revoke_band(s, answered->job, answered->band);
     if (job->accepted_rows == job->rows)
         end_job(s, answered->job, (struct action){.kind = ACTION_DONE, .job = answered->job});
 }
 
-/* --- workers coming and going --------------------------------------------------------------------------------------- */
+/* --- workers coming and going ----------------------------------------------------------------------------- */
 
 static void lose_lease(struct scheduler *s, const struct lease *lease, bool by_fault)
 {
@@ -321,7 +322,7 @@ static void add_job(struct scheduler *s, const struct event *event)
     s->jobs[s->job_count++] = (struct job){.rows = event->rows};
 }
 
-/* --- handing out ------------------------------------------------------------------------------------------------------ */
+/* --- handing out ------------------------------------------------------------------------------------------ */
 
 static void announce(struct scheduler *s)
 {
@@ -418,7 +419,7 @@ static void grant_backups(struct scheduler *s)
     }
 }
 
-/* --- events --------------------------------------------------------------------------------------------------------------- */
+/* --- events ----------------------------------------------------------------------------------------------- */
 
 static void take_result(struct scheduler *s, struct worker *w, uint64_t id)
 {

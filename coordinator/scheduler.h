@@ -2,10 +2,11 @@
  * Who renders which rows: a pure state machine. It is told events with the time at which they happened and answers
  * with actions; it has no clock, no sockets and no threads, so that a test can drive it through any history.
  *
- * A job is the rows 0..rows−1 of one picture. Rows are handed out as bands, each under a lease to one worker; a band that
- * holds up the end is leased to idle workers too, to one more each time that patience runs out. The first answer is
- * accepted and every other lease of the band revoked. A worker that is lost loses its leases, and their bands are handed
- * out again. Every row is accepted exactly once, and a job ends if one worker answers, whatever the others do.
+ * A job is the rows 0..rows−1 of one picture. Rows are handed out as bands, each under a lease to one worker; a
+ * band that holds up the end is leased to idle workers too, to one more each time that patience runs out. The
+ * first answer is accepted and every other lease of the band revoked. A worker that is lost loses its leases, and
+ * their bands are handed out again. Every row is accepted exactly once, and a job ends if one worker answers,
+ * whatever the others do.
  */
 #ifndef WEFT_COORDINATOR_SCHEDULER_H
 #define WEFT_COORDINATOR_SCHEDULER_H

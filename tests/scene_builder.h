@@ -13,7 +13,7 @@
 #include "trace/kernel.h"
 #include "trace/tracer.h"
 
-/* --- shapes ---------------------------------------------------------------------------------------------- */
+/* --- shapes ----------------------------------------------------------------------------------------------- */
 
 static inline struct shape shape_sphere(struct vec3 center, double radius)
 {
@@ -103,7 +103,7 @@ static inline struct shape shape_box_mesh(struct vec3 min, struct vec3 max)
     return shape_mesh(points, 8, index, 12, true);
 }
 
-/* --- materials ------------------------------------------------------------------------------------------- */
+/* --- materials -------------------------------------------------------------------------------------------- */
 
 static inline struct vec3 grey(double value)
 {
@@ -151,7 +151,7 @@ static inline struct material material_glass(double ior, struct vec3 absorption)
     return material;
 }
 
-/* --- scenes ---------------------------------------------------------------------------------------------- */
+/* --- scenes ----------------------------------------------------------------------------------------------- */
 
 /* A camera at `from` that looks at the origin, black surroundings, ambient light 1. scene_finish frees it. */
 static inline struct scene scene_at(struct vec3 from, double fov_degrees)
@@ -216,7 +216,7 @@ static inline size_t scene_add_image(struct scene *scene, uint32_t width, uint32
     return scene->image_count++;
 }
 
-/* --- rendering ------------------------------------------------------------------------------------------- */
+/* --- rendering -------------------------------------------------------------------------------------------- */
 
 static inline struct trace_settings settings_of(const struct scene *scene)
 {

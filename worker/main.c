@@ -146,7 +146,7 @@ static void finish(struct worker *w, int exit_status)
     w->ended = true;
 }
 
-/* --- carrying out the session's actions --------------------------------------------------------------------------- */
+/* --- carrying out the session's actions ------------------------------------------------------------------- */
 
 static void load(struct worker *w, uint32_t job)
 {
@@ -206,7 +206,7 @@ static void handle(struct worker *w, const struct session_event *event)
         carry_out(w, &action);
 }
 
-/* --- what happens ---------------------------------------------------------------------------------------------------- */
+/* --- what happens ----------------------------------------------------------------------------------------- */
 
 static void take_messages(struct worker *w)
 {

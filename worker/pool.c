@@ -69,7 +69,7 @@ struct thread_state {
     struct tracer *tracer;
 };
 
-/* --- jobs, with the mutex held ------------------------------------------------------------------------------------ */
+/* --- jobs, with the mutex held ---------------------------------------------------------------------------- */
 
 static void release_job(struct pool_job *job)
 {
@@ -105,7 +105,7 @@ static void push_outcome(struct pool *pool, const struct pool_outcome *outcome)
     eventfd_write(pool->descriptor, 1);
 }
 
-/* --- bands, with the mutex held ------------------------------------------------------------------------------------- */
+/* --- bands, with the mutex held --------------------------------------------------------------------------- */
 
 static void free_band(struct band *band)
 {
@@ -148,7 +148,7 @@ static void complete_band(struct pool *pool, struct band *band)
     band->records = (struct bytes){0};
 }
 
-/* --- render threads ----------------------------------------------------------------------------------------------------- */
+/* --- render threads --------------------------------------------------------------------------------------- */
 
 static void load_job(struct pool_job *job, struct error *error)
 {
@@ -270,7 +270,7 @@ static void *thread_main(void *argument)
     return NULL;
 }
 
-/* --- the other thread's side ------------------------------------------------------------------------------------------- */
+/* --- the other thread's side ------------------------------------------------------------------------------ */
 
 struct pool *pool_create(int threads, const struct kernel *kernel, struct error *error)
 {

@@ -64,7 +64,7 @@ struct session {
     size_t action_at, action_count, action_capacity;
 };
 
-/* --- actions ----------------------------------------------------------------------------------------------------- */
+/* --- actions ---------------------------------------------------------------------------------------------- */
 
 static struct session_action *act(struct session *s, enum session_action_kind kind)
 {
@@ -105,7 +105,7 @@ static void end(struct session *s, int exit_status)
     act(s, SESSION_EXIT)->exit_status = exit_status;
 }
 
-/* --- coming and going ---------------------------------------------------------------------------------------------- */
+/* --- coming and going ------------------------------------------------------------------------------------- */
 
 struct session *session_create(const struct session_config *config, int64_t now_ms)
 {
@@ -212,7 +212,7 @@ static void seek_on(struct session *s, int64_t now_ms)
     }
 }
 
-/* --- fetching assets --------------------------------------------------------------------------------------------------- */
+/* --- fetching assets -------------------------------------------------------------------------------------- */
 
 /* Even an empty asset has one chunk. */
 static void request_chunks(struct session *s)
@@ -342,7 +342,7 @@ static void take_job(struct session *s, const struct message *message, int64_t n
     fetch_on(s);
 }
 
-/* --- jobs and bands ------------------------------------------------------------------------------------------------------ */
+/* --- jobs and bands --------------------------------------------------------------------------------------- */
 
 static struct session_job *find_job(const struct session *s, uint32_t number)
 {
@@ -438,7 +438,7 @@ static void take_end(struct session *s, uint32_t number)
     }
 }
 
-/* --- events ----------------------------------------------------------------------------------------------------------------- */
+/* --- events ----------------------------------------------------------------------------------------------- */
 
 static void take_refusal(struct session *s, const struct message *message, int64_t now_ms)
 {

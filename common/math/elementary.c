@@ -14,7 +14,7 @@
 #include <stdint.h>
 #include <string.h>
 
-/* --- double-double ----------------------------------------------------------------------------------- */
+/* --- double-double ---------------------------------------------------------------------------------------- */
 
 /* The unevaluated sum hi + lo, |lo| being at most about half a unit in the last place of hi. */
 struct dd {
@@ -115,7 +115,7 @@ static inline double polynomial(double z, const double *c, int n)
     return even + odd * z;
 }
 
-/* --- sine and cosine --------------------------------------------------------------------------------- */
+/* --- sine and cosine -------------------------------------------------------------------------------------- */
 
 /* An angle of `quarters` right angles and `rest` radians, |rest| <= π/4. */
 struct reduced_angle {
@@ -232,7 +232,7 @@ double math_cos_degrees(double degrees)
     return isfinite(x) ? cosine_of(angle_of_degrees(x)) + 0.0 : NAN; /* + 0.0 turns −0 into 0 */
 }
 
-/* --- arc tangent ------------------------------------------------------------------------------------- */
+/* --- arc tangent ------------------------------------------------------------------------------------------ */
 
 /* atan(k/16) for k = 0..16. */
 static const struct dd atan_table[17] = {
@@ -293,7 +293,7 @@ double math_atan2(double y, double x)
     return copysign(sum.hi + (sum.lo + base.lo + flipped(angle.lo, steep != back)), y);
 }
 
-/* --- exponential and logarithm ----------------------------------------------------------------------- */
+/* --- exponential and logarithm ---------------------------------------------------------------------------- */
 
 /* 2^(i/32). */
 static const struct dd exp_table[32] = {
@@ -405,7 +405,7 @@ double math_log(double x)
     return isinf(x) ? x : log_of(x).hi;
 }
 
-/* --- power ------------------------------------------------------------------------------------------- */
+/* --- power ------------------------------------------------------------------------------------------------ */
 
 static bool is_odd_integer(double y)
 {

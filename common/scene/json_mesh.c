@@ -3,7 +3,7 @@
 #include "scene/mesh.h"
 #include "scene/polygon.h"
 
-/* --- vertices -------------------------------------------------------------------------------------------- */
+/* --- vertices --------------------------------------------------------------------------------------------- */
 
 /* The required "points": min..max of them. */
 static void read_points(const struct json_at *object, size_t min, size_t max, struct mesh *mesh)
@@ -29,7 +29,7 @@ static void read_attributes(const struct json_at *object, struct mesh *mesh)
         json_numbers(item, &json_any, 2, mesh->uv + 2 * item.index);
 }
 
-/* --- single faces ---------------------------------------------------------------------------------------- */
+/* --- single faces ----------------------------------------------------------------------------------------- */
 
 /* One face of all points in their order. */
 static void read_outline(const struct json_at *object, size_t max, struct mesh *mesh)
@@ -63,7 +63,7 @@ void json_polygon(const struct json_at *object, struct shape *shape)
     read_outline(object, POLYGON_CORNERS_MAX, &shape->mesh);
 }
 
-/* --- solids ---------------------------------------------------------------------------------------------- */
+/* --- solids ----------------------------------------------------------------------------------------------- */
 
 void json_tetrahedron(const struct json_at *object, struct shape *shape)
 {

@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "scene/json_syntax.h"
 
-/* --- image and camera ------------------------------------------------------------------------------------ */
+/* --- image and camera ------------------------------------------------------------------------------------- */
 
 static void read_image_settings(struct json_at at, struct scene *scene)
 {
@@ -32,7 +32,7 @@ static void read_camera(struct json_at at, struct camera *camera)
         json_refuse(&at, "%s", fault);
 }
 
-/* --- background ------------------------------------------------------------------------------------------ */
+/* --- background ------------------------------------------------------------------------------------------- */
 
 static void read_background_gradient(struct json_at at, struct background *background)
 {
@@ -66,7 +66,7 @@ static void read_background(struct scene_reader *reader, struct json_at at)
         read_background_image(reader, at);
 }
 
-/* --- lights and objects ---------------------------------------------------------------------------------- */
+/* --- lights and objects ----------------------------------------------------------------------------------- */
 
 static void read_lights(struct json_at at, struct scene *scene)
 {
@@ -99,7 +99,7 @@ static void read_objects(struct scene_reader *reader, struct json_at at)
     }
 }
 
-/* --- the whole ------------------------------------------------------------------------------------------- */
+/* --- the whole -------------------------------------------------------------------------------------------- */
 
 static void read_scene(struct scene_reader *reader, struct json_at at)
 {

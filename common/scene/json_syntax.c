@@ -29,7 +29,7 @@ static bool accept(struct scanner *s, char c)
     return true;
 }
 
-/* --- sentences ---------------------------------------------------------------------------------------- */
+/* --- sentences -------------------------------------------------------------------------------------------- */
 
 /* The length of the valid UTF-8 sequence at the scanner's place (Unicode 15, table 3-7); 0 if there is none. */
 static size_t utf8_length(const struct scanner *s)
@@ -106,7 +106,7 @@ static enum status fail(const struct scanner *s, const char *expected)
                      expected, found);
 }
 
-/* --- strings and numbers -------------------------------------------------------------------------------- */
+/* --- strings and numbers ---------------------------------------------------------------------------------- */
 
 /* The four hexadecimal digits of \uXXXX, or -1. */
 static int scan_hex(struct scanner *s)
@@ -213,7 +213,7 @@ static enum status scan_number(struct scanner *s)
     return status == STATUS_OK ? check_number(s, start, exponent) : status;
 }
 
-/* --- values ------------------------------------------------------------------------------------------- */
+/* --- values ----------------------------------------------------------------------------------------------- */
 
 static enum status scan_value(struct scanner *s);
 

@@ -13,7 +13,7 @@ void json_image(struct scene_reader *reader, struct json_at at, size_t *image)
         json_forward(&at, status);
 }
 
-/* --- patterns -------------------------------------------------------------------------------------------- */
+/* --- patterns --------------------------------------------------------------------------------------------- */
 
 static void read_two_colours(const struct json_at *at, struct texture *texture)
 {
@@ -60,7 +60,7 @@ static void read_gradient(struct scene_reader *reader, struct json_at at, struct
         json_refuse(&at, "expected start and end apart, found both at %g", to->texture.start);
 }
 
-/* --- images ---------------------------------------------------------------------------------------------- */
+/* --- images ----------------------------------------------------------------------------------------------- */
 
 /* "file", or "files" for the six faces of a box. */
 static void read_files(struct scene_reader *reader, const struct json_at *at, struct texture *texture)

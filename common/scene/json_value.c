@@ -18,7 +18,7 @@ static bool is_wanted(const struct json_at *at)
     return at->value && at->reader->status == STATUS_OK;
 }
 
-/* --- numbers --------------------------------------------------------------------------------------------- */
+/* --- numbers ---------------------------------------------------------------------------------------------- */
 
 static const char *describe_range(const struct json_range *range, char *text, size_t capacity)
 {
@@ -142,7 +142,7 @@ void json_colour(struct json_at at, const struct json_range *range, struct vec3 
     }
 }
 
-/* --- others ---------------------------------------------------------------------------------------------- */
+/* --- others ----------------------------------------------------------------------------------------------- */
 
 void json_flag(struct json_at at, bool *flag)
 {

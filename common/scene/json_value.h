@@ -31,7 +31,7 @@ struct json_at {
     size_t index;                 /* within an array */
 };
 
-/* --- sentences ------------------------------------------------------------------------------------------ */
+/* --- sentences -------------------------------------------------------------------------------------------- */
 
 enum { JSON_QUOTE_BYTES = 80, JSON_PATH_BYTES = 512 };
 
@@ -54,7 +54,7 @@ enum { JSON_LIST_BYTES = 400 };
 /* The names in quotation marks, with commas, as many as fit, into list[JSON_LIST_BYTES]; returns list. */
 const char *json_list(char *list, const char *const *names, size_t count);
 
-/* --- keys ------------------------------------------------------------------------------------------------ */
+/* --- keys ------------------------------------------------------------------------------------------------- */
 
 /* Fails unless the value is an object, each of whose keys is in one of the two lists (which end with NULL;
  * the second may be NULL). */
@@ -73,7 +73,7 @@ struct json_at json_get(const struct json_at *object, const char *key);
 /* The same, but it is a failure if there is none. */
 struct json_at json_need(const struct json_at *object, const char *key);
 
-/* --- arrays -------------------------------------------------------------------------------------------- */
+/* --- arrays ----------------------------------------------------------------------------------------------- */
 
 /* The length of an array of min..max values, which sentences call `what` ("points"); 0 after a failure. */
 size_t json_array(struct json_at at, size_t min, size_t max, const char *what);
@@ -83,7 +83,7 @@ size_t json_array(struct json_at at, size_t min, size_t max, const char *what);
 struct json_at json_first(const struct json_at *array);
 void json_next(struct json_at *item);
 
-/* --- typed values -------------------------------------------------------------------------------------- */
+/* --- typed values ----------------------------------------------------------------------------------------- */
 
 /* All numbers are at most SCENE_LARGEST in magnitude; those that must be above `min` are so by at least
  * SCENE_SMALLEST. */

@@ -25,7 +25,7 @@ void mesh_add_face(struct mesh *mesh, size_t *capacity, const uint32_t *corners,
     mesh->triangle_count += added;
 }
 
-/* --- is it closed? -------------------------------------------------------------------------------------- */
+/* --- is it closed? ---------------------------------------------------------------------------------------- */
 
 uint32_t mesh_hash(const double *values, size_t count)
 {

@@ -19,7 +19,7 @@ struct vec3 mesh_normal(struct vec3 direction)
     return vec3_is_zero(direction) ? direction : vec3_normalize(direction);
 }
 
-/* --- vertices ------------------------------------------------------------------------------------------- */
+/* --- vertices --------------------------------------------------------------------------------------------- */
 
 /* Room for `capacity` vertices in all arrays that there are. */
 static void resize_vertices(struct mesh *mesh, size_t capacity)
@@ -112,7 +112,7 @@ uint32_t mesh_builder_vertex(struct mesh_builder *builder, const struct mesh_ver
     return builder->slots[slot] - 1;
 }
 
-/* --- faces ---------------------------------------------------------------------------------------------- */
+/* --- faces ------------------------------------------------------------------------------------------------ */
 
 static void add_fan(struct mesh_builder *builder, const uint32_t *corners, size_t count)
 {
@@ -138,7 +138,7 @@ bool mesh_builder_face(struct mesh_builder *builder, const uint32_t *corners, si
     return true;
 }
 
-/* --- the whole ------------------------------------------------------------------------------------------ */
+/* --- the whole -------------------------------------------------------------------------------------------- */
 
 /* A unit vector even where the triangle has no area, since no ray hits it there. */
 static struct vec3 triangle_normal(const struct mesh *mesh, const uint32_t *corner)

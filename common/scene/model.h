@@ -20,7 +20,7 @@
 #define SCENE_LARGEST 1e30
 #define SCENE_SMALLEST 1e-30
 
-/* --- textures ------------------------------------------------------------------------------------------ */
+/* --- textures --------------------------------------------------------------------------------------------- */
 
 enum texture_kind { TEXTURE_CONSTANT, TEXTURE_CHECKER, TEXTURE_STRIPES, TEXTURE_GRADIENT, TEXTURE_IMAGE };
 
@@ -52,7 +52,7 @@ struct texture {
     struct vec3 origin, axis_u, axis_v; /* MAP_PLANAR; axes not zero and not parallel */
 };
 
-/* --- materials ----------------------------------------------------------------------------------------- */
+/* --- materials -------------------------------------------------------------------------------------------- */
 
 /* Light that meets a surface is shared out: `reflection` of it is mirrored, `transparency` goes straight on
  * (tinted by `filter`), the rest 1 − reflection − transparency meets the Phong surface of colour `color`.
@@ -71,7 +71,7 @@ struct material {
     struct vec3 absorption;  /* >= 0, per scene unit inside a dielectric: exp(−absorption × length) */
 };
 
-/* --- shapes -------------------------------------------------------------------------------------------- */
+/* --- shapes ----------------------------------------------------------------------------------------------- */
 
 enum shape_kind {
     SHAPE_SPHERE,
@@ -132,7 +132,7 @@ struct object {
     struct affine transform; /* shape coordinates to world; invertible */
 };
 
-/* --- lights, camera, surroundings --------------------------------------------------------------------------- */
+/* --- lights, camera, surroundings ------------------------------------------------------------------------- */
 
 enum light_kind { LIGHT_POINT, LIGHT_DIRECTIONAL, LIGHT_SPOT };
 

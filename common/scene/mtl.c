@@ -8,7 +8,7 @@
 
 enum { ILLUMINATION_MAX = 10 };
 
-/* --- reading -------------------------------------------------------------------------------------------- */
+/* --- reading ---------------------------------------------------------------------------------------------- */
 
 /* One number for a grey or three; above 1 is cut to 1. */
 static void read_colour(struct token_reader *text, struct vec3 *to)
@@ -177,7 +177,7 @@ enum status mtl_read(struct mtl *mtl, struct asset_set *assets, const char *name
     return text.status;
 }
 
-/* --- looking up ----------------------------------------------------------------------------------------- */
+/* --- looking up ------------------------------------------------------------------------------------------- */
 
 static int compare_names(const void *a, const void *b)
 {

@@ -24,7 +24,7 @@ struct nff_reader {
     size_t corner_capacity;
 };
 
-/* --- view, background, lights --------------------------------------------------------------------------- */
+/* --- view, background, lights ----------------------------------------------------------------------------- */
 
 static void read_vector(struct nff_reader *nff, const char *what, struct vec3 *vector)
 {
@@ -168,7 +168,7 @@ static void set_unsaid_lights(struct scene *scene)
             scene->lights[i].color = vec3_make(each, each, each);
 }
 
-/* --- fills ---------------------------------------------------------------------------------------------- */
+/* --- fills ------------------------------------------------------------------------------------------------ */
 
 /* The place of the fill's material in the scene. */
 static size_t use_material(struct nff_reader *nff, bool solid)
@@ -215,7 +215,7 @@ static void read_fill(struct nff_reader *nff)
     nff->surface = nff->solid = SIZE_MAX;
 }
 
-/* --- shapes --------------------------------------------------------------------------------------------- */
+/* --- shapes ----------------------------------------------------------------------------------------------- */
 
 /* A negative radius means that only the inside is to be seen; here both sides always are. */
 static void read_sphere(struct nff_reader *nff)
@@ -298,7 +298,7 @@ static void read_patch(struct nff_reader *nff)
     read_face(nff, true);
 }
 
-/* --- the whole ------------------------------------------------------------------------------------------ */
+/* --- the whole -------------------------------------------------------------------------------------------- */
 
 static void read_entity(struct nff_reader *nff)
 {

@@ -47,7 +47,7 @@ struct obj_reader {
     size_t face_capacity, corner_capacity;
 };
 
-/* --- vertices ------------------------------------------------------------------------------------------- */
+/* --- vertices --------------------------------------------------------------------------------------------- */
 
 static void read_point(struct obj_reader *obj)
 {
@@ -80,7 +80,7 @@ static void read_uv(struct obj_reader *obj)
     memcpy(obj->uv[obj->uv_count++], uv, sizeof uv);
 }
 
-/* --- groups --------------------------------------------------------------------------------------------- */
+/* --- groups ----------------------------------------------------------------------------------------------- */
 
 static int compare_groups(const void *a, const void *b)
 {
@@ -128,7 +128,7 @@ static void read_mtllib(struct obj_reader *obj)
         (struct library){.reference = memory_string(reference), .line = obj->text.line};
 }
 
-/* --- faces ---------------------------------------------------------------------------------------------- */
+/* --- faces ------------------------------------------------------------------------------------------------ */
 
 /* A reference of a corner to one of `count` things: from 1, or from −1 for the last one. *index counts from 0.
  */
@@ -201,7 +201,7 @@ static void read_face(struct obj_reader *obj)
     add_face(obj, count);
 }
 
-/* --- statements ----------------------------------------------------------------------------------------- */
+/* --- statements ------------------------------------------------------------------------------------------- */
 
 static void skip_statement(struct obj_reader *obj)
 {
@@ -261,7 +261,7 @@ static void read_statements(struct obj_reader *obj)
     }
 }
 
-/* --- materials ------------------------------------------------------------------------------------------ */
+/* --- materials -------------------------------------------------------------------------------------------- */
 
 /* One file that a mtllib line names. */
 static enum status read_library_file(struct mtl *mtl, struct asset_set *assets, const char *from,
@@ -334,7 +334,7 @@ static enum status add_part(const struct obj_reader *obj, struct group *group, c
     return mtl_material(mtl, entry, &part->mesh, scene, assets, &part->material, error);
 }
 
-/* --- the whole ------------------------------------------------------------------------------------------ */
+/* --- the whole -------------------------------------------------------------------------------------------- */
 
 static void finish_groups(struct obj_reader *obj)
 {

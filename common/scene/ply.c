@@ -25,7 +25,7 @@ static bool is_good(const struct ply_reader *ply)
     return ply->body.text->status == STATUS_OK;
 }
 
-/* --- rows ----------------------------------------------------------------------------------------------- */
+/* --- rows ------------------------------------------------------------------------------------------------- */
 
 static uint64_t read_list_length(struct ply_reader *ply, const struct ply_property *property)
 {
@@ -115,7 +115,7 @@ static void skip_row(struct ply_reader *ply, const struct ply_element *element)
         skip_property(ply, &element->properties[i]);
 }
 
-/* --- the whole ------------------------------------------------------------------------------------------ */
+/* --- the whole -------------------------------------------------------------------------------------------- */
 
 static void read_rows(struct ply_reader *ply, const struct ply_element *element)
 {

@@ -12,7 +12,7 @@ void ply_header_finish(struct ply_header *header)
     *header = (struct ply_header){0};
 }
 
-/* --- lines ---------------------------------------------------------------------------------------------- */
+/* --- lines ------------------------------------------------------------------------------------------------ */
 
 /* The place of the next word in a list of `count`; otherwise a failure, and 0. */
 static size_t read_choice(struct token_reader *text, const char *what, const char *const *names, size_t count)
@@ -137,7 +137,7 @@ static void read_property(struct ply_header *header, struct token_reader *text)
     element->properties[element->property_count++] = property;
 }
 
-/* --- what a mesh needs ---------------------------------------------------------------------------------- */
+/* --- what a mesh needs ------------------------------------------------------------------------------------ */
 
 static bool has_role(const struct ply_element *element, enum ply_role role)
 {
@@ -189,7 +189,7 @@ static void check_header(struct ply_header *header, struct token_reader *text)
     }
 }
 
-/* --- the whole ------------------------------------------------------------------------------------------ */
+/* --- the whole -------------------------------------------------------------------------------------------- */
 
 /* Past the end of the header's last line: what follows may be binary. */
 static void pass_line_end(struct token_reader *text)

@@ -49,7 +49,7 @@ static double turn(const struct outline *o, size_t a, size_t b, size_t c)
     return (o->x[b] - o->x[a]) * (o->y[c] - o->y[a]) - (o->y[b] - o->y[a]) * (o->x[c] - o->x[a]);
 }
 
-/* --- checking ------------------------------------------------------------------------------------------- */
+/* --- checking --------------------------------------------------------------------------------------------- */
 
 static double extent_of(const struct vec3 *points, size_t count)
 {
@@ -140,7 +140,7 @@ enum status polygon_check(const struct vec3 *points, size_t count, struct error 
     return check_simple(&outline, error);
 }
 
-/* --- cutting -------------------------------------------------------------------------------------------- */
+/* --- cutting ---------------------------------------------------------------------------------------------- */
 
 /* Seen along the mean normal, the corners appear one after the other, counter-clockwise, to somebody at the
  * first one, and all on the left of the first edge, so within half a turn. */

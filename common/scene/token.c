@@ -25,7 +25,7 @@ struct token_reader token_reader_of(const char *file, const void *text, size_t s
     };
 }
 
-/* --- blanks --------------------------------------------------------------------------------------------- */
+/* --- blanks ----------------------------------------------------------------------------------------------- */
 
 static bool is_blank(char c)
 {
@@ -101,7 +101,7 @@ void token_skip_line(struct token_reader *reader)
         reader->at = token_end(reader);
 }
 
-/* --- sentences ------------------------------------------------------------------------------------------ */
+/* --- sentences -------------------------------------------------------------------------------------------- */
 
 static void refuse(struct token_reader *reader, const char *format, va_list arguments)
 {
@@ -146,7 +146,7 @@ void token_expected(struct token_reader *reader, const char *format, ...)
     token_refuse(reader, "expected %s, found %s", expected, describe_token(reader, found));
 }
 
-/* --- tokens --------------------------------------------------------------------------------------------- */
+/* --- tokens ----------------------------------------------------------------------------------------------- */
 
 void token_word(struct token_reader *reader, const char *what, char *word)
 {

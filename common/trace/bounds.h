@@ -12,7 +12,8 @@ struct bounds {
     struct vec3 low, high;
 };
 
-/* A box around primitive `id`, in coordinates relative to the camera, to rounding; false for a plane, which has none. */
+/* A box around primitive `id`, in coordinates relative to the camera, to rounding; false for a plane, which has
+ * none. */
 bool bounds_of_primitive(const struct plan *plan, uint32_t id, struct bounds *bounds);
 
 static inline struct bounds bounds_join(const struct bounds *a, const struct bounds *b)

@@ -26,7 +26,7 @@ struct builder {
     size_t node_capacity;
 };
 
-/* --- items ------------------------------------------------------------------------------------------------------- */
+/* --- items ------------------------------------------------------------------------------------------------ */
 
 static double size_of(const struct bounds *b)
 {
@@ -95,7 +95,7 @@ static size_t collect(struct bvh *bvh, const struct plan *plan, struct item *ite
     return count;
 }
 
-/* --- splitting ------------------------------------------------------------------------------------------------------ */
+/* --- splitting -------------------------------------------------------------------------------------------- */
 
 static void empty_box(float low[3], float high[3])
 {
@@ -206,7 +206,7 @@ static size_t partition(struct item *items, size_t count, const struct split *sp
     return left;
 }
 
-/* --- nodes ------------------------------------------------------------------------------------------------------------ */
+/* --- nodes ------------------------------------------------------------------------------------------------ */
 
 static void make_leaf(struct builder *builder, struct bvh_node *node, size_t first, size_t count)
 {

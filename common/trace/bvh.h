@@ -1,9 +1,10 @@
 /*
  * A bounding-volume hierarchy over a plan's primitives.
  *
- * Boxes are floats, relative to the camera, rounded outward and then grown by GROWTH of the tree's extent: so much that
- * no rounding in a primitive's own test can put a hit outside its box, for rays that start within the extent. What a ray
- * hits therefore does not depend on the tree. Planes, and primitives that dwarf the rest, stay outside it.
+ * Boxes are floats, relative to the camera, rounded outward and then grown by GROWTH of the tree's extent: so much
+ * that no rounding in a primitive's own test can put a hit outside its box, for rays that start within the extent.
+ * What a ray hits therefore does not depend on the tree. Planes, and primitives that dwarf the rest, stay outside
+ * it.
  */
 #ifndef WEFT_TRACE_BVH_H
 #define WEFT_TRACE_BVH_H

@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "trace/plan_parts.h"
 
-/* --- halving ---------------------------------------------------------------------------------------------------- */
+/* --- halving ---------------------------------------------------------------------------------------------- */
 
 /* Each texel is the mean of the 2×2 it covers; an odd last row or column counts twice. */
 static void halve(const float *from, uint32_t width, uint32_t height, float *to)
@@ -19,7 +19,8 @@ static void halve(const float *from, uint32_t width, uint32_t height, float *to)
         for (uint32_t x = 0; x < half_width; x++) {
             size_t left = (size_t)3 * (2 * x), right = 2 * x + 1 < width ? left + 3 : left;
             for (size_t c = 0; c < 3; c++) {
-                double sum = ((double)upper[left + c] + upper[right + c]) + ((double)lower[left + c] + lower[right + c]);
+                double above = (double)upper[left + c] + upper[right + c];
+                double sum = above + ((double)lower[left + c] + lower[right + c]);
                 to[((size_t)y * half_width + x) * 3 + c] = (float)(sum / 4);
             }
         }
@@ -53,7 +54,7 @@ void plan_image_finish(struct plan_image *image)
     *image = (struct plan_image){0};
 }
 
-/* --- looking up --------------------------------------------------------------------------------------------------- */
+/* --- looking up ------------------------------------------------------------------------------------------- */
 
 /* A texel index within 0..size−1 for any finite position. */
 static uint32_t texel_index(double position, uint32_t size, bool repeat)

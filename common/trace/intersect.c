@@ -129,9 +129,10 @@ static struct span open_span(struct interval side, struct interval ends)
     return span;
 }
 
-/* From far away a cone's a, b and c can all be small differences of large numbers (where the ray runs along a side), and
- * their errors grow as the square of the distance. So the ray is first taken to where it comes nearest to the narrow
- * end: that costs one rounding of the distance. Returns the parameter of that point, which *o becomes. */
+/* From far away a cone's a, b and c can all be small differences of large numbers (where the ray runs along a
+ * side), and their errors grow as the square of the distance. So the ray is first taken to where it comes
+ * nearest to the narrow end: that costs one rounding of the distance. Returns the parameter of that point, which
+ * *o becomes. */
 static double approach(const struct frustum *frustum, struct vec3 *o, struct vec3 d)
 {
     if (frustum->slope == 0)
@@ -192,7 +193,7 @@ struct span box_span(const struct box *box, struct vec3 origin, struct vec3 dire
     return span_of(inside, enter_part, leave_part);
 }
 
-/* --- triangles ----------------------------------------------------------------------------------------------- */
+/* --- triangles -------------------------------------------------------------------------------------------- */
 
 /* The two parts of a product of doubles, exactly: high + low = a b (Dekker 1971, with Veltkamp's splitting). */
 static double product_error(double a, double b, double product)

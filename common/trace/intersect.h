@@ -61,8 +61,8 @@ struct frustum {
     bool open;
 };
 
-/* With q = frame p: low.x <= q.x <= high.x and so on. Without a centre, faces in one plane have equal bits, and nothing is
- * lost far from the origin. */
+/* With q = frame p: low.x <= q.x <= high.x and so on. Without a centre, faces in one plane have equal bits, and
+ * nothing is lost far from the origin. */
 struct box {
     struct mat3 frame;
     struct vec3 low, high;
@@ -92,10 +92,10 @@ struct span box_span(const struct box *box, struct vec3 origin, struct vec3 dire
 
 struct shear shear_of(struct vec3 direction);
 
-/* Watertight (Woop, Benthin and Wald, JCGT 2(1), 2013), but for t, which comes from the plane: weights of a needle's
- * corners are far less exact than its plane, and flat faces in one plane get equal t. Two triangles that share an edge leave no gap and no
- * overlap, because each edge's sign comes from one difference of products of the same numbers, and where that is
- * zero from the direction in which the edge runs. */
+/* Watertight (Woop, Benthin and Wald, JCGT 2(1), 2013), but for t, which comes from the plane: weights of a
+ * needle's corners are far less exact than its plane, and flat faces in one plane get equal t. Two triangles
+ * that share an edge leave no gap and no overlap, because each edge's sign comes from one difference of products
+ * of the same numbers, and where that is zero from the direction in which the edge runs. */
 struct span triangle_span(const struct triangle *triangle, struct vec3 origin, struct vec3 direction,
                           const struct shear *shear);
 

@@ -60,7 +60,7 @@ static struct span roots_ahead(const struct plan *plan, const struct ray *ray, c
     return span;
 }
 
-/* --- walking ----------------------------------------------------------------------------------------------------- */
+/* --- walking ---------------------------------------------------------------------------------------------- */
 
 /* One ray on its way through the scene, and what has been found of it. */
 struct walk {
@@ -147,7 +147,7 @@ static struct walk start_walk(const struct plan *plan, const struct ray_batch *r
     return walk;
 }
 
-/* --- the kernel's two calls ---------------------------------------------------------------------------------------- */
+/* --- the kernel's two calls ------------------------------------------------------------------------------- */
 
 /* Keeps the nearest root; of equally near ones that of the lowest id. */
 static bool take_closest(struct walk *walk, uint32_t id)

@@ -149,9 +149,9 @@ void plan_destroy(struct plan **plan);
 
 /* The roots of a ray with primitive `id`; `shear` is shear_of(direction).
  *
- * Where a ray leaves what lets light through is taken to be farther along by plan_leave_delay. So where glass stands on a
- * floor or on other glass, the ray meets the other surface before it leaves, whichever way rounding would have it:
- * without a rule, every pixel would decide anew. */
+ * Where a ray leaves what lets light through is taken to be farther along by plan_leave_delay. So where glass stands
+ * on a floor or on other glass, the ray meets the other surface before it leaves, whichever way rounding would have
+ * it: without a rule, every pixel would decide anew. */
 struct span plan_span(const struct plan *plan, uint32_t id, struct vec3 origin, struct vec3 direction,
                       const struct shear *shear);
 

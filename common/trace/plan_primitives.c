@@ -181,8 +181,8 @@ static void add_mesh(struct plan *plan, uint32_t object, const struct shape *sha
     for (size_t i = 0; i < mesh->triangle_count; i++) {
         const uint32_t *v = &mesh->index[3 * i];
         struct vec3 a = mesh->points[v[0]], b = mesh->points[v[1]], c = mesh->points[v[2]];
-        struct vec3 first = place(at, a), second = place(at, to->mirrored ? c : b), third = place(at, to->mirrored ? b : c);
-        plan->triangles[plan->count[PRIMITIVE_TRIANGLE]] = triangle_make(first, second, third);
+        plan->triangles[plan->count[PRIMITIVE_TRIANGLE]] =
+            triangle_make(place(at, a), place(at, to->mirrored ? c : b), place(at, to->mirrored ? b : c));
         add_primitive(plan, object, PRIMITIVE_TRIANGLE, triangle_flat_axis(a, b, c));
     }
 }

@@ -64,7 +64,7 @@ struct hit_batch {
 void hit_batch_finish(struct hit_batch *batch);
 void hit_batch_reserve(struct hit_batch *batch, size_t capacity);
 
-/* --- paths: camera rays and what becomes of them ----------------------------------------------------------- */
+/* --- paths: camera rays and what becomes of them ---------------------------------------------------------- */
 
 /* One sample's share of a pixel, as differentials of the ray by the image's x and y (Igehy, "Tracing Ray
  * Differentials", SIGGRAPH 1999). It shrinks as samples grow. */

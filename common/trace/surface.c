@@ -153,10 +153,11 @@ struct surface surface_at(const struct plan *plan, const struct ray *ray, const 
     at = implicit_at(plan, hit, p);
     struct vec3 normal = vec3_normalize(mat3_apply_transposed(at.frame, at.gradient));
     double scale = vec3_max_abs(p) + vec3_max_abs(at.origin) + plan->objects[primitive->object].extent;
-    return (struct surface){.position = p, .error = 8 * DBL_EPSILON * scale, .normal = normal, .shading_normal = normal};
+    return (struct surface){
+        .position = p, .error = 8 * DBL_EPSILON * scale, .normal = normal, .shading_normal = normal};
 }
 
-/* --- footprints ------------------------------------------------------------------------------------------------------- */
+/* --- footprints ------------------------------------------------------------------------------------------- */
 
 /* The change of the unit normal for a step along the surface: the shape operator applied to it. */
 static struct vec3 normal_change(const struct implicit *at, struct vec3 normal, struct vec3 step)
@@ -231,7 +232,7 @@ struct surface_footprint surface_footprint_at(const struct plan *plan, const str
     return spread;
 }
 
-/* --- colour ------------------------------------------------------------------------------------------------------------ */
+/* --- colour ----------------------------------------------------------------------------------------------- */
 
 static void mesh_texture_point(const struct plan *plan, const struct hit *hit, const struct surface *surface,
                                struct texture_point *point)

@@ -8,7 +8,7 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* --- compiling ---------------------------------------------------------------------------------------------------- */
+/* --- compiling -------------------------------------------------------------------------------------------- */
 
 /* Takes object coordinates relative to `origin` along `weight` from positions relative to the eye:
  * weight · (local − origin), where local = inverse (position + eye − offset). */
@@ -187,7 +187,7 @@ struct plan_texture plan_texture_compile(const struct texture *texture, const st
     return to;
 }
 
-/* --- patterns -------------------------------------------------------------------------------------------------------- */
+/* --- patterns --------------------------------------------------------------------------------------------- */
 
 static double row_value(const struct texture_row *row, struct vec3 position)
 {
@@ -240,7 +240,7 @@ static double clamp01(double x)
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/* --- images -------------------------------------------------------------------------------------------------------------- */
+/* --- images ----------------------------------------------------------------------------------------------- */
 
 /* u = 1/2 + atan2(x, z) / 2π, and its change along the footprint, for the direction (x, ·, z) from the axis. */
 static double turn(double x, double z, double *u_x, double *u_y, const struct vec3 *c_x, const struct vec3 *c_y)
@@ -320,7 +320,8 @@ static struct image_point image_point_of(const struct plan_texture *texture, con
 {
     struct vec3 c = {row_value(&texture->row[0], at->position), row_value(&texture->row[1], at->position),
                      row_value(&texture->row[2], at->position)};
-    struct vec3 c_x = apply_gradients(texture->row, at->position_x), c_y = apply_gradients(texture->row, at->position_y);
+    struct vec3 c_x = apply_gradients(texture->row, at->position_x);
+    struct vec3 c_y = apply_gradients(texture->row, at->position_y);
     struct image_point point = {0};
     switch ((enum texture_map)texture->map) {
     case MAP_SPHERE:

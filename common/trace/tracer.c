@@ -82,7 +82,7 @@ static void reserve_shadows(struct tracer *tracer, size_t count)
     tracer->shadow_capacity = count;
 }
 
-/* --- camera rays ----------------------------------------------------------------------------------------------------- */
+/* --- camera rays ------------------------------------------------------------------------------------------ */
 
 /* The ray through image position (x, y) in pixels; its footprint is `share` of a pixel wide. */
 static struct path camera_path(const struct plan *plan, double x, double y, double share)
@@ -131,7 +131,7 @@ static void start_paths(struct tracer *tracer, uint32_t x0, uint32_t y, uint64_t
     }
 }
 
-/* --- one generation ---------------------------------------------------------------------------------------------------- */
+/* --- one generation --------------------------------------------------------------------------------------- */
 
 static struct vec3 background_radiance(const struct plan *plan, const struct path *path)
 {

@@ -1,18 +1,17 @@
 /*
  * The messages between coordinator and worker, and their bytes.
  *
- * Encoding is little-endian: magic "WEFT", protocol version (u16), kind (u8), epoch (u64), then the kind's
- * fields in the order below. Decoding is pure and bounded: every length, count and enum is checked, and
- * bytes left over are an error. Messages are at most MESSAGE_BYTES_MAX long; larger bodies (assets, pixels)
- * travel as chunks.
+ * Encoding is little-endian: magic "WEFT", protocol version (u16), kind (u8), epoch (u64), then the kind's fields
+ * in the order below. Decoding is pure and bounded: every length, count and enum is checked, and bytes left over
+ * are an error. Messages are at most MESSAGE_BYTES_MAX long; larger bodies (assets, pixels) travel as chunks.
  *
- * A conversation: the worker says HELLO until it hears WELCOME (or REFUSE), which names the epoch that both
- * put into every later message; messages of another epoch are ignored. The coordinator announces a JOB; the
- * worker asks for the bytes it lacks by NEED and gets ASSET chunks, first the manifest (manifest.h), then
- * what the manifest lists; then it is READY (or says FAILED). It gets BANDs up to the credit it named, and
- * returns each as RESULT chunks, which it keeps until the ACK. REVOKE takes a band back. END closes a job.
- * DRAIN says that the worker wants no more bands: it will end when those it holds are done. Both sides send a BEAT every
- * second; GOODBYE ends the conversation.
+ * A conversation: the worker says HELLO until it hears WELCOME (or REFUSE), which names the epoch that both put
+ * into every later message; messages of another epoch are ignored. The coordinator announces a JOB; the worker
+ * asks for the bytes it lacks by NEED and gets ASSET chunks, first the manifest (manifest.h), then what the
+ * manifest lists; then it is READY (or says FAILED). It gets BANDs up to the credit it named, and returns each as
+ * RESULT chunks, which it keeps until the ACK. REVOKE takes a band back. END closes a job. DRAIN says that the
+ * worker wants no more bands: it will end when those it holds are done. Both sides send a BEAT every second;
+ * GOODBYE ends the conversation.
  */
 #ifndef WEFT_WIRE_MESSAGE_H
 #define WEFT_WIRE_MESSAGE_H

@@ -29,7 +29,7 @@ enum status wire_endpoint_parse(const char *text, char endpoint[WIRE_ENDPOINT_BY
 /* True for ipc and for addresses of the loopback interface (127.0.0.0/8, [::1], localhost). */
 bool wire_endpoint_is_local(const char *endpoint);
 
-/* --- server ---------------------------------------------------------------------------------------------- */
+/* --- server ----------------------------------------------------------------------------------------------- */
 
 struct wire_server;
 
@@ -68,7 +68,7 @@ bool wire_server_receive(struct wire_server *server, struct wire_peer *peer, str
  * have passed (−1: for ever). Returns early on a signal. */
 void wire_server_wait(struct wire_server *server, struct pollfd *fds, size_t count, int timeout_ms);
 
-/* --- client ---------------------------------------------------------------------------------------------- */
+/* --- client ----------------------------------------------------------------------------------------------- */
 
 struct wire_client;
 

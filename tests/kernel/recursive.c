@@ -45,7 +45,7 @@ static void check_scene(struct scene *scene)
     scene_finish(scene);
 }
 
-/* --- scenes ---------------------------------------------------------------------------------------------- */
+/* --- scenes ----------------------------------------------------------------------------------------------- */
 
 static struct material checkered(double size)
 {

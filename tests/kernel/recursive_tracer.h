@@ -24,7 +24,7 @@
 #include "trace/surface.h"
 #include "trace/texture.h"
 
-/* --- hits ------------------------------------------------------------------------------------------------ */
+/* --- hits ------------------------------------------------------------------------------------------------- */
 
 /* A ray of the recursive tracer, and the objects that it is inside of, outermost first. */
 enum { INSIDE_MAX = 32 };
@@ -98,7 +98,7 @@ static struct vec3 absorbed(const struct plan_material *material, double length)
                      math_exp(-material->absorption.z * length));
 }
 
-/* --- shadows --------------------------------------------------------------------------------------------- */
+/* --- shadows ---------------------------------------------------------------------------------------------- */
 
 /* Of crossings first..last of one object: where the one at `at` began, found by matching from the front. */
 static double began_at(const struct plan *plan, const struct hit *hits, size_t at)
@@ -157,7 +157,7 @@ static struct vec3 light_through(const struct plan *plan, const struct ray *ray)
     return product;
 }
 
-/* --- the tree -------------------------------------------------------------------------------------------- */
+/* --- the tree --------------------------------------------------------------------------------------------- */
 
 /* What a ray found. Its place in the tree: path[k] is 0 for mirrored and 1 for transmitted at level k. */
 struct finding {
@@ -420,7 +420,7 @@ static void follow(const struct plan *plan, struct walk *walk, unsigned level, u
     }
 }
 
-/* --- pixels ---------------------------------------------------------------------------------------------- */
+/* --- pixels ----------------------------------------------------------------------------------------------- */
 
 static struct walk camera_walk(const struct plan *plan, uint32_t x, uint32_t y, uint32_t index)
 {

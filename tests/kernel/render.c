@@ -45,7 +45,7 @@ static struct scene floor_scene(void)
     return scene;
 }
 
-/* --- what must not be seen ------------------------------------------------------------------------------- */
+/* --- what must not be seen -------------------------------------------------------------------------------- */
 
 /* Hard case 37. */
 static void glass_of_index_one_is_invisible(void **state)
@@ -120,7 +120,7 @@ static void touching_glass_shows_no_noise(void **state)
     }
 }
 
-/* --- filters and shadows --------------------------------------------------------------------------------- */
+/* --- filters and shadows ---------------------------------------------------------------------------------- */
 
 /* Hard case 44, in the line of sight and in a shadow. */
 static void filters_multiply_in_any_order(void **state)
@@ -273,7 +273,7 @@ static void a_light_on_a_surface_is_not_shadowed_by_it(void **state)
     }
 }
 
-/* --- energy ---------------------------------------------------------------------------------------------- */
+/* --- energy ----------------------------------------------------------------------------------------------- */
 
 /* Hard case 38: in a room that is evenly white all things that absorb nothing look white, but for what is cut
  * off. */
@@ -350,7 +350,7 @@ static void absorption_follows_beer_and_lambert(void **state)
     scene_finish(&scene);
 }
 
-/* --- scale ----------------------------------------------------------------------------------------------- */
+/* --- scale ------------------------------------------------------------------------------------------------ */
 
 static struct scene scaled_scene(double s)
 {

@@ -34,7 +34,7 @@ static uint64_t bits_of(double x)
     return bits;
 }
 
-/* --- random arguments: the value number `draw` of sample `i` comes from these coordinates alone -------- */
+/* --- random arguments: the value number `draw` of sample `i` comes from these coordinates alone ----------- */
 
 static uint64_t random_bits(uint32_t i, uint32_t draw)
 {
@@ -168,7 +168,7 @@ static struct pair sample_power(uint32_t i)
     }
 }
 
-/* --- the functions under test ------------------------------------------------------------------------- */
+/* --- the functions under test ----------------------------------------------------------------------------- */
 
 static int true_sin_degrees(mpfr_ptr result, mpfr_srcptr x, mpfr_rnd_t rounding)
 {
@@ -227,7 +227,7 @@ static double value_of(const struct function *f, struct pair a)
     return f->ours ? f->ours(a.x) : f->ours2(a.x, a.y);
 }
 
-/* --- the error ---------------------------------------------------------------------------------------- */
+/* --- the error -------------------------------------------------------------------------------------------- */
 
 /* |result − truth| in units in the last place of a double near the truth; an infinite result counts as
  * 2^1024 unless the truth is beyond that. Uses `scratch`. */
@@ -311,7 +311,7 @@ static void error_stays_within_the_stated_bound(void **state)
         check_share(&shares[i]);
 }
 
-/* --- the same bits everywhere --------------------------------------------------------------------------- */
+/* --- the same bits everywhere ----------------------------------------------------------------------------- */
 
 /* A quarter of the golden arguments are any pattern of bits, NaN and infinities included; the others lie
  * within ±2^15 with all magnitudes down to 2^-8 alike. */

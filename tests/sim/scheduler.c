@@ -117,7 +117,7 @@ static void happen(enum happening_kind kind, int64_t at_ms, struct event event)
     world.happenings[world.happening_count++] = (struct happening){kind, at_ms, event};
 }
 
-/* --- the model: what the scheduler promised ---------------------------------------------------------------------- */
+/* --- the model: what the scheduler promised --------------------------------------------------------------- */
 
 static void drop_worker(uint32_t number, bool by_fault)
 {
@@ -291,7 +291,7 @@ static void check_rest(void)
     require(scheduler_deadline(world.scheduler) > world.now_ms, "the deadline is past");
 }
 
-/* --- the workers: what they answer ---------------------------------------------------------------------------------- */
+/* --- the workers: what they answer ------------------------------------------------------------------------ */
 
 /* Whether what the worker says comes through. */
 static bool is_heard(const struct worker *w)
@@ -413,7 +413,7 @@ static void message_arrives(const struct happening *h)
         tell(h->event);
 }
 
-/* --- a history ---------------------------------------------------------------------------------------------------------- */
+/* --- a history -------------------------------------------------------------------------------------------- */
 
 /* In some worlds all but the honest worker die soon, so that bands are lost again and again. */
 static void make_workers(void)

@@ -29,7 +29,7 @@ enum { SANITIZED = __has_feature(address_sanitizer) };
 enum { SANITIZED = 0 };
 #endif
 
-/* --- errors ------------------------------------------------------------------------------------------------------- */
+/* --- errors ----------------------------------------------------------------------------------------------- */
 
 static void test_error(void **state)
 {
@@ -58,7 +58,7 @@ static void test_long_error(void **state)
     assert_int_equal(strspn(error.text, "c"), sizeof error.text - 1);
 }
 
-/* --- digests ------------------------------------------------------------------------------------------------------ */
+/* --- digests ---------------------------------------------------------------------------------------------- */
 
 static void assert_digest(const void *data, size_t size, const char *expected)
 {
@@ -115,7 +115,7 @@ static void test_hash(void **state)
     }
 }
 
-/* --- children: what a process says on standard error, and how it ends ------------------------------------------- */
+/* --- children: what a process says on standard error, and how it ends ------------------------------------- */
 
 /* Runs `work` in a child. Returns what waitpid tells of it; what it wrote to standard error goes to text[capacity]. */
 static int run_child(void (*work)(void), char *text, size_t capacity)
@@ -203,7 +203,7 @@ static void test_long_log_lines(void **state)
     assert_string_equal(at, "");
 }
 
-/* --- memory ------------------------------------------------------------------------------------------------------- */
+/* --- memory ----------------------------------------------------------------------------------------------- */
 
 static void limit_memory(void)
 {
@@ -323,7 +323,7 @@ static void test_strings(void **state)
     free(made);
 }
 
-/* --- processors and time ------------------------------------------------------------------------------------------ */
+/* --- processors and time ---------------------------------------------------------------------------------- */
 
 static void test_cpu(void **state)
 {

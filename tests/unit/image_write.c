@@ -30,7 +30,7 @@
 
 enum { WIDTH = 37, HEIGHT = 23 };
 
-/* --- faults ------------------------------------------------------------------------------------------- */
+/* --- faults ----------------------------------------------------------------------------------------------- */
 
 static int fault_at;         /* the call that fails, counted from 1; 0 for none */
 static int fault_calls;      /* calls so far */
@@ -86,7 +86,7 @@ int close(int fd)
     return written && fault_due("close") ? -1 : result;
 }
 
-/* --- a folder for each test --------------------------------------------------------------------------- */
+/* --- a folder for each test ------------------------------------------------------------------------------- */
 
 struct place {
     char *folder, *path; /* path: an output in the folder */
@@ -151,7 +151,7 @@ static void assert_text(const char *path, const char *text)
     bytes_finish(&file);
 }
 
-/* --- pictures ----------------------------------------------------------------------------------------- */
+/* --- pictures --------------------------------------------------------------------------------------------- */
 
 static struct image_description description_of(enum pixel_format format)
 {
@@ -198,7 +198,7 @@ static void write_well(const char *path, enum pixel_format format)
         fail_msg("%s", error.text);
 }
 
-/* --- encoding ----------------------------------------------------------------------------------------- */
+/* --- encoding --------------------------------------------------------------------------------------------- */
 
 /* sRGB of 0.5 is 0.735356983: 187.5 of 255, 48191.6 of 65535. */
 static void test_encoded_bytes(void **state)
@@ -223,7 +223,7 @@ static void test_encoded_bytes(void **state)
     assert_memory_equal(out, linear, 24);
 }
 
-/* --- files -------------------------------------------------------------------------------------------- */
+/* --- files ------------------------------------------------------------------------------------------------ */
 
 static float expected_light(enum pixel_format format, double light)
 {
@@ -364,7 +364,7 @@ static void test_path_without_folder(void **state)
     assert_int_equal(access(place->path, R_OK), 0);
 }
 
-/* --- what stays as it was ----------------------------------------------------------------------------- */
+/* --- what stays as it was --------------------------------------------------------------------------------- */
 
 static void test_abandoned(void **state)
 {

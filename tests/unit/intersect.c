@@ -40,7 +40,7 @@ static struct frustum opened(struct frustum frustum)
     return frustum;
 }
 
-/* --- sphere and ellipsoid -------------------------------------------------------------------------------- */
+/* --- sphere and ellipsoid --------------------------------------------------------------------------------- */
 
 static void sphere_is_met_where_it_is(void **state)
 {
@@ -134,7 +134,7 @@ static void round_ellipsoid_equals_the_sphere(void **state)
     }
 }
 
-/* --- plane and disc -------------------------------------------------------------------------------------- */
+/* --- plane and disc --------------------------------------------------------------------------------------- */
 
 static void plane_shows_its_front_and_its_back(void **state)
 {
@@ -168,7 +168,7 @@ static void disc_is_round_and_closed(void **state)
     assert_int_equal(disc_span(&disc, vec3_make(1, 0, 2), vec3_make(1, 0, 0)).roots, 0);
 }
 
-/* --- frustum --------------------------------------------------------------------------------------------- */
+/* --- frustum ---------------------------------------------------------------------------------------------- */
 
 /* Hard cases 13 to 15. */
 static void cylinder_along_its_axis(void **state)

@@ -19,7 +19,7 @@ static const uint8_t grey_png[] = {
     0x01, 0x2c, 0xc1, 0x50, 0xd7, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82,
 };
 
-/* --- faces ---------------------------------------------------------------------------------------------- */
+/* --- faces ------------------------------------------------------------------------------------------------ */
 
 static void faces_become_triangles(void **state)
 {
@@ -172,7 +172,7 @@ static void large_meshes_share_their_vertices(void **state)
     scene_finish(&scene);
 }
 
-/* --- materials ------------------------------------------------------------------------------------------ */
+/* --- materials -------------------------------------------------------------------------------------------- */
 
 static struct scene load_materials(const char *obj, const char *mtl, const char *more)
 {

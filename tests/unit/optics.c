@@ -101,7 +101,7 @@ static void fresnel_is_symmetric_and_bounded(void **state)
     assert_true(last > 0.99);
 }
 
-/* --- changes over a footprint ---------------------------------------------------------------------------- */
+/* --- changes over a footprint ----------------------------------------------------------------------------- */
 
 /* A vector across `unit`, so that unit + h × it stays a unit vector to first order. */
 static struct vec3 change_across(struct vec3 unit, uint32_t i, uint32_t draw)

@@ -130,7 +130,7 @@ static void test_help(void **state)
                               "      --once                    only once\n");
 }
 
-/* --- numbers ------------------------------------------------------------------------------------------------------ */
+/* --- numbers ---------------------------------------------------------------------------------------------- */
 
 static void assert_integer(const char *text, int64_t min, int64_t max, int64_t expected)
 {

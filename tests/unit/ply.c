@@ -67,7 +67,7 @@ static void what_a_mesh_does_not_need_is_passed_over(void **state)
     scene_finish(&scene);
 }
 
-/* --- binary --------------------------------------------------------------------------------------------- */
+/* --- binary ----------------------------------------------------------------------------------------------- */
 
 /* The lowest `size` bytes of bits. */
 static void put_bits(struct bytes *to, uint64_t bits, size_t size, bool big)

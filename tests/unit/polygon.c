@@ -121,7 +121,7 @@ static void edges_that_touch_are_refused(void **state)
     assert_string_equal(error.text, "expected edges that meet only at corners, found that 0-1 and 3-4 meet");
 }
 
-/* --- meshes -------------------------------------------------------------------------------------------- */
+/* --- meshes ----------------------------------------------------------------------------------------------- */
 
 /* A square-based pyramid whose every face has corners of its own, as files with sharp edges have. `turned`:
  * inside out. */

@@ -32,7 +32,7 @@ static const char scene_text[] =
 
 static struct pool *pool;
 
-/* --- help ----------------------------------------------------------------------------------------------------------- */
+/* --- help ------------------------------------------------------------------------------------------------- */
 
 static struct asset_set assets_of(const char *text)
 {
@@ -150,7 +150,7 @@ static size_t start_bands(uint32_t job, uint32_t band_rows)
     return count;
 }
 
-/* --- rendering -------------------------------------------------------------------------------------------------------- */
+/* --- rendering -------------------------------------------------------------------------------------------- */
 
 static void test_equal_bytes(void **state)
 {
@@ -206,7 +206,7 @@ static void test_progress(void **state)
     bytes_finish(&expected);
 }
 
-/* --- what cannot be ----------------------------------------------------------------------------------------------------- */
+/* --- what cannot be --------------------------------------------------------------------------------------- */
 
 static void test_load_failure(void **state)
 {
@@ -244,7 +244,7 @@ static void test_wrong_rows(void **state)
     assert_false(pool_take(pool, &outcome));
 }
 
-/* --- the descriptor ------------------------------------------------------------------------------------------------------ */
+/* --- the descriptor --------------------------------------------------------------------------------------- */
 
 static void test_descriptor(void **state)
 {
@@ -271,7 +271,7 @@ static void test_descriptor(void **state)
     assert_false(is_readable());
 }
 
-/* --- taking away ------------------------------------------------------------------------------------------------------------ */
+/* --- taking away ------------------------------------------------------------------------------------------ */
 
 /* Takes what waits; sets seen[] of its leases. */
 static void take_waiting(bool seen[HEIGHT + 1])

@@ -52,7 +52,7 @@ static void assert_lacks(const char *text, const char *part)
         fail_msg("did not expect \"%s\" in:\n%s", part, text);
 }
 
-/* --- layout ------------------------------------------------------------------------------------------- */
+/* --- layout ----------------------------------------------------------------------------------------------- */
 
 static void test_block_fits_every_size(void **state)
 {
@@ -171,7 +171,7 @@ static void test_percent_is_100_only_when_done(void **state)
     assert_holds(block_of(&farm, 80, 24), "failed");
 }
 
-/* --- figures ------------------------------------------------------------------------------------------ */
+/* --- figures ---------------------------------------------------------------------------------------------- */
 
 static void test_times(void **state)
 {
@@ -239,7 +239,7 @@ static void test_plain_line(void **state)
                         "weft: showcase.json: 45 %, 1:02:03 elapsed, 15 s left, 3.1 M rays/s, 1 worker\n");
 }
 
-/* --- names from outside ------------------------------------------------------------------------------- */
+/* --- names from outside ----------------------------------------------------------------------------------- */
 
 static void assert_cut(const char *text, size_t columns, const char *want)
 {

@@ -18,7 +18,7 @@
 #include "coordinator/text.h"
 #include "tests/unit/progress_help.h"
 
-/* --- when something is shown -------------------------------------------------------------------------- */
+/* --- when something is shown ------------------------------------------------------------------------------ */
 
 static size_t file_lines(FILE *file)
 {
@@ -88,7 +88,7 @@ static void test_none_shows_nothing(void **state)
     fclose(file);
 }
 
-/* --- a terminal --------------------------------------------------------------------------------------- */
+/* --- a terminal ------------------------------------------------------------------------------------------- */
 
 enum { SCREEN_ROWS = 12, SCREEN_COLUMNS = 60 };
 

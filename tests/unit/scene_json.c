@@ -77,7 +77,7 @@ static void assert_vec3(struct vec3 found, double x, double y, double z)
         fail_msg("expected %a %a %a, found %a %a %a", x, y, z, found.x, found.y, found.z);
 }
 
-/* --- settings, lights, background ---------------------------------------------------------------------- */
+/* --- settings, lights, background ------------------------------------------------------------------------- */
 
 static void the_least_scene_has_the_documented_defaults(void **state)
 {
@@ -150,7 +150,7 @@ static void numbers_are_the_nearest_doubles(void **state)
     scene_finish(&scene);
 }
 
-/* --- shapes -------------------------------------------------------------------------------------------- */
+/* --- shapes ----------------------------------------------------------------------------------------------- */
 
 static void simple_shapes_are_read(void **state)
 {
@@ -231,7 +231,7 @@ static void meshes_know_whether_they_are_closed(void **state)
     free(objects);
 }
 
-/* --- materials ----------------------------------------------------------------------------------------- */
+/* --- materials -------------------------------------------------------------------------------------------- */
 
 static void a_material_has_the_documented_defaults(void **state)
 {
@@ -294,7 +294,7 @@ static void patterns_are_read(void **state)
     scene_finish(&scene);
 }
 
-/* --- images on shapes ---------------------------------------------------------------------------------- */
+/* --- images on shapes ------------------------------------------------------------------------------------- */
 
 static const struct texture *texture_of(const struct scene *scene, size_t object)
 {
@@ -356,7 +356,7 @@ static void what_a_texture_says_goes_before_what_suits_the_shape(void **state)
     scene_finish(&scene);
 }
 
-/* --- hostile text -------------------------------------------------------------------------------------- */
+/* --- hostile text ----------------------------------------------------------------------------------------- */
 
 /* A scene whose "objects" hold `count` times the same text. */
 static char *repeat_object(const char *object, size_t count)

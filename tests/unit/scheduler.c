@@ -116,7 +116,7 @@ static struct event plain(enum event_kind kind, uint32_t worker)
     return (struct event){.kind = kind, .worker = worker};
 }
 
-/* --- an ordinary job ------------------------------------------------------------------------------------------------ */
+/* --- an ordinary job -------------------------------------------------------------------------------------- */
 
 static void test_one_worker(void **state)
 {
@@ -258,7 +258,7 @@ static void test_guided_bands_shrink(void **state)
     assert_in_range(count, 50, 80);
 }
 
-/* --- losses ----------------------------------------------------------------------------------------------------------- */
+/* --- losses ----------------------------------------------------------------------------------------------- */
 
 static void test_lost_bands_come_first(void **state)
 {
@@ -349,7 +349,7 @@ static void test_three_losses(void **state)
     expect(ready(1, 1), "grant w1 j1 0+7 #5"); /* the next job is not touched */
 }
 
-/* --- duplicates -------------------------------------------------------------------------------------------------------- */
+/* --- duplicates ------------------------------------------------------------------------------------------- */
 
 /* Worker 1 answers a band after 100 ms; worker 2 sits on the other one. */
 static void start_straggling(void)
@@ -463,7 +463,7 @@ static void test_wasted_time(void **state)
                          "grant w2 j0 20+10 #5, grant w4 j0 20+10 #6");
 }
 
-/* --- several jobs ------------------------------------------------------------------------------------------------------- */
+/* --- several jobs ----------------------------------------------------------------------------------------- */
 
 static void test_jobs_overlap(void **state)
 {
@@ -520,7 +520,7 @@ static void test_backup_beyond_a_finished_job(void **state)
     expect(plain(EVENT_TICK, 0), "grant w1 j2 10+10 #5");
 }
 
-/* --- what should not happen ---------------------------------------------------------------------------------------------- */
+/* --- what should not happen ------------------------------------------------------------------------------- */
 
 static void test_harmless_events(void **state)
 {

@@ -1,7 +1,7 @@
 /* The worker's session: finding a coordinator, losing it, and ending. */
 #include "tests/unit/session_help.h"
 
-/* --- seeking ------------------------------------------------------------------------------------------------------- */
+/* --- seeking ---------------------------------------------------------------------------------------------- */
 
 static void test_hello_again(void **state)
 {
@@ -80,7 +80,7 @@ static void test_refusal(void **state)
     receive_from(0, refusal, "EXIT 1");
 }
 
-/* --- being there ----------------------------------------------------------------------------------------------------- */
+/* --- being there ------------------------------------------------------------------------------------------ */
 
 static void test_beats(void **state)
 {
@@ -152,7 +152,7 @@ static void test_strangers(void **state)
     receive(plain(MESSAGE_DRAIN), ""); /* what no coordinator says */
 }
 
-/* --- going ------------------------------------------------------------------------------------------------------------- */
+/* --- going ------------------------------------------------------------------------------------------------ */
 
 static void test_goodbye(void **state)
 {

@@ -35,7 +35,7 @@ static struct file {
 } files[FILES_MAX];
 static size_t file_count;
 
-/* --- files ---------------------------------------------------------------------------------------------------------- */
+/* --- files ------------------------------------------------------------------------------------------------ */
 
 /* Adds a file; *bytes becomes empty. Returns its index. */
 static inline size_t keep_file(struct bytes *bytes)
@@ -81,7 +81,7 @@ static inline char file_letter(const struct digest *digest)
     return '?';
 }
 
-/* --- what the session does, as text -------------------------------------------------------------------------------- */
+/* --- what the session does, as text ----------------------------------------------------------------------- */
 
 static inline void describe_message(const struct message *m, char *text, size_t size)
 {
@@ -157,7 +157,7 @@ static inline void expect(const char *expected)
     assert_string_equal(text, expected);
 }
 
-/* --- what happens to it -------------------------------------------------------------------------------------------------- */
+/* --- what happens to it ----------------------------------------------------------------------------------- */
 
 static inline void handle(struct session_event event, const char *expected)
 {
@@ -239,7 +239,7 @@ static inline void rendered(uint64_t lease, size_t size, const char *expected)
     assert_null(records.data); /* moved or freed */
 }
 
-/* --- beginnings ---------------------------------------------------------------------------------------------------------- */
+/* --- beginnings ------------------------------------------------------------------------------------------- */
 
 static inline void start(bool once, int64_t wait_ms)
 {

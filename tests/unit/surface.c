@@ -58,7 +58,7 @@ static bool nearest_hit(const struct world *world, const struct ray *ray, struct
     return hit->id != PRIMITIVE_NONE;
 }
 
-/* --- points and normals ---------------------------------------------------------------------------------- */
+/* --- points and normals ----------------------------------------------------------------------------------- */
 
 /* Rays from the eye at points spread over the shape's surroundings; check() sees point and normal relative to
  * the shape's own middle, which is at the world's origin. */
@@ -196,7 +196,7 @@ static void transforms_carry_points_and_normals(void **state)
     }
 }
 
-/* --- footprints ------------------------------------------------------------------------------------------ */
+/* --- footprints ------------------------------------------------------------------------------------------- */
 
 /* The neighbouring ray h shares away, by x or by y. */
 static struct ray neighbour(const struct ray *ray, const struct footprint *footprint, bool by_y, double h)
@@ -282,7 +282,7 @@ static void footprints_are_derivatives(void **state)
         1e-6);
 }
 
-/* --- meshes ---------------------------------------------------------------------------------------------- */
+/* --- meshes ----------------------------------------------------------------------------------------------- */
 
 /* The normals of a smooth globe point along the exact sphere's, at the corners exactly; its flat ones are those
  * of the triangles, on the outside, mirrored or not. */

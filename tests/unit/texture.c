@@ -79,7 +79,7 @@ static struct vec3 color_at(const struct world *world, double x, double y, doubl
     return color_over(world, vec3_make(x, y, z), grey(0), grey(0));
 }
 
-/* --- patterns -------------------------------------------------------------------------------------------- */
+/* --- patterns --------------------------------------------------------------------------------------------- */
 
 static const struct vec3 even = {1, 0, 0}, odd = {0, 0, 1};
 
@@ -230,7 +230,7 @@ static void flat_surfaces_drop_their_own_coordinate(void **state)
     scene_finish(&scene);
 }
 
-/* --- images ---------------------------------------------------------------------------------------------- */
+/* --- images ----------------------------------------------------------------------------------------------- */
 
 static struct texture image_texture(enum texture_map map)
 {
@@ -348,7 +348,7 @@ static void mesh_map_follows_the_corners(void **state)
     }
 }
 
-/* --- filtering images ------------------------------------------------------------------------------------ */
+/* --- filtering images ------------------------------------------------------------------------------------- */
 
 /* An image of one colour is that colour over every footprint. */
 static void a_plain_image_is_plain(void **state)
