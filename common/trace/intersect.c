@@ -90,7 +90,8 @@ static struct interval slab(double o, double d, double low, double high)
 }
 
 /* Where a ray is within the infinite cone or cylinder x² + y² <= (ρ + δ t)² on the nappe where ρ + δ t >= 0. With
- * the form ⟨p, q⟩ = px qx + py qy − pρ qρ: a = ⟨d, d⟩, b = ⟨o, d⟩, c = ⟨o, o⟩. */
+ * the form ⟨p, q⟩ = px qx + py qy − pρ qρ: a = ⟨d, d⟩, b = ⟨o, d⟩, c = ⟨o, o⟩. The start must be near the solid (approach):
+ * then no large numbers cancel. */
 static struct interval quadric_interval(double ox, double oy, double rho, double dx, double dy, double delta)
 {
     double a = dx * dx + dy * dy - delta * delta;
@@ -102,17 +103,13 @@ static struct interval quadric_interval(double ox, double oy, double rho, double
         double root = -c / (2 * b);
         return b < 0 ? (struct interval){root, INFINITY} : (struct interval){-INFINITY, root};
     }
-    double xr = ox * delta - rho * dx, yr = oy * delta - rho * dy, xy = ox * dy - oy * dx;
-    double discriminant = xr * xr + yr * yr - xy * xy;
+    double discriminant = b * b - a * c;
     if (a > 0)
         return discriminant >= 0 ? quadratic_roots(a, b, c, discriminant) : nothing;
     /* a < 0: the ray is steeper than the side, meets each nappe once, and is inside beyond both roots. */
     struct interval roots = quadratic_roots(a, b, c, discriminant > 0 ? discriminant : 0);
     return delta > 0 ? (struct interval){roots.high, INFINITY} : (struct interval){-INFINITY, roots.low};
 }
-
-/* Square of how many times nearer a ray must come for its start to count as far away. */
-static const double FAR_AWAY = 16;
 
 /* The side alone: each end of the quadric's interval that lies between the end planes. */
 static struct span open_span(struct interval side, struct interval ends)
@@ -129,19 +126,17 @@ static struct span open_span(struct interval side, struct interval ends)
     return span;
 }
 
-/* From far away a cone's a, b and c can all be small differences of large numbers (where the ray runs along a
- * side), and their errors grow as the square of the distance. So the ray is first taken to where it comes
- * nearest to the narrow end: that costs one rounding of the distance. Returns the parameter of that point, which
- * *o becomes. */
+/* From far away, a, b and c are small differences of large numbers, whose errors grow as the square of the distance. So
+ * the ray is first taken to where it comes nearest to the narrow end, lengths along the axis counted in units in which
+ * the solid is as long as it is wide: a ray that meets the solid is then at most about a radius from the axis, and all
+ * that is lost is one rounding of the distance. Returns the parameter of that point, which *o becomes. */
 static double approach(const struct frustum *frustum, struct vec3 *o, struct vec3 d)
 {
-    if (frustum->slope == 0)
-        return 0;
-    double start = -vec3_dot(*o, d) / vec3_dot(d, d);
-    struct vec3 nearest = vec3_add_scaled(*o, d, start);
-    if (!(FAR_AWAY * vec3_dot(nearest, nearest) < vec3_dot(*o, *o)))
-        return 0;
-    *o = nearest;
+    double shorten = frustum->radius / frustum->height + frustum->slope;
+    struct vec3 balance = {1, 1, shorten * shorten};
+    struct vec3 weighted = vec3_mul(d, balance);
+    double start = -vec3_dot(*o, weighted) / vec3_dot(d, weighted);
+    *o = vec3_add_scaled(*o, d, start);
     return start;
 }
 

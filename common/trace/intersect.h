@@ -1,10 +1,10 @@
 /*
  * Where a ray meets each kind of primitive: scalar, in double, in the numerically stable forms.
  *
- * Every primitive is given in coordinates relative to the camera. Solids are intersected as intervals
- * (the quadric's interval and the slab's), so that no ray slips through between side and cap. Discriminants
- * come from Lagrange's identity, a r² − |o × d|² instead of b² − ac, so that their error grows as the distance
- * and not as its square.
+ * Every primitive is given in coordinates relative to the camera. Solids are intersected as intervals (the quadric's
+ * interval and the slab's), so that no ray slips through between side and cap. Discriminants come from forms whose error
+ * grows as the distance and not as its square: from the point nearest to the solid, or by Lagrange's identity
+ * |o|²|d|² − (o · d)² = |o × d|².
  */
 #ifndef WEFT_TRACE_INTERSECT_H
 #define WEFT_TRACE_INTERSECT_H

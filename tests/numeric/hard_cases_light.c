@@ -146,8 +146,8 @@ static struct world world_of_map(void)
     return world;
 }
 
-/* Between texels 1/128 of the turn apart, linear interpolation is off by up to (2π / 128)² / 16, which is 1.5e-4; texels
- * are floats. */
+/* Between texels 1/128 of the turn apart, linear interpolation is off by up to (2π / 128)² / 16, which is 1.5e-4;
+ * texels are floats. */
 static void check_color(struct vec3 found, double red, double green, double blue)
 {
     assert_true(fabs(found.x - red) < 2e-4 && fabs(found.y - green) < 2e-4 && fabs(found.z - blue) < 1e-6);

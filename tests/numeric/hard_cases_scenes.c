@@ -137,7 +137,7 @@ static void case_44_two_filters_in_either_order(void **state)
         }
 }
 
-/* --- bands, kernels, files ------------------------------------------------------------------------------- */
+/* --- bands, kernels, files -------------------------------------------------------------------------------- */
 
 /* The picture in bands of `rows` rows, each made by a tracer of its own, and each row in pieces of
  * `columns`. */
