@@ -4,6 +4,7 @@
 #ifndef WEFT_MATH_COLOUR_H
 #define WEFT_MATH_COLOUR_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "math/vec3.h"
@@ -12,9 +13,10 @@
 double colour_encode_srgb(double linear);
 double colour_decode_srgb(double encoded);
 
-/* Linear light 0..1 to the nearest 8 or 16 bit sRGB code, rounding half up. */
-uint8_t colour_quantize8(double linear);
-uint16_t colour_quantize16(double linear);
+/* Linear light to the nearest 8 or 16 bit sRGB codes, red, green and blue of `count` colours into
+ * codes[3 * count]: the integer part of 255 or 65535 times colour_encode_srgb, plus a half. */
+void colour_quantize8(const struct vec3 *linear, size_t count, uint8_t *codes);
+void colour_quantize16(const struct vec3 *linear, size_t count, uint16_t *codes);
 
 /* The linear light of an 8 bit sRGB code; equal to colour_decode_srgb(code / 255.0). */
 double colour_from_srgb8(uint8_t code);

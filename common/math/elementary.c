@@ -2,7 +2,7 @@
  * Each function reduces its argument to a short interval in double-double arithmetic, where a short Taylor
  * series does the rest, and rounds once at the end. The tables and constants were computed from their
  * definitions (stated at each) with 1600 bits and rounded to nearest; the series' coefficients are the
- * Taylor ones and read as such.
+ * Taylor ones and read as such. The exponential function and the arc tangent are in elementary_lanes.h.
  *
  * Two things could differ between machines and are ruled out here: a NaN's sign and payload (every NaN
  * result is the constant NAN) and conversions to an integer out of its range (none is reached).
@@ -12,7 +12,6 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <string.h>
 
 /* --- double-double ---------------------------------------------------------------------------------------- */
 
@@ -21,34 +20,13 @@ struct dd {
     double hi, lo;
 };
 
-#define HALF_PI {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54}
-static const struct dd half_pi = HALF_PI;
+static const struct dd half_pi = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
 static const struct dd degree = {0x1.1df46a2529d39p-6, 0x1.5c1d8becdd291p-62}; /* π / 180 */
-
-static uint64_t bits_of(double x)
-{
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static double double_of(uint64_t bits)
-{
-    double x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
 
 /* flip ? −x : x */
 static double flipped(double x, bool flip)
 {
-    return double_of(bits_of(x) ^ (uint64_t)flip << 63);
-}
-
-/* 2^n for a normal result, −1022 <= n <= 1023. */
-static double power_of_two(int n)
-{
-    return double_of((uint64_t)(n + 1023) << 52);
+    return elementary_flipped(x, flip ? ELEMENTARY_SIGN : 0);
 }
 
 /* a + b exactly, for |a| >= |b| or a = 0 (Dekker 1971). */
@@ -97,12 +75,6 @@ static struct dd quotient(struct dd a, struct dd b)
     return (struct dd){q, rest * inverse};
 }
 
-/* x to the nearest integer, ties to even, for |x| < 2^51: the sum's unit in the last place is 1. */
-static double nearest(double x)
-{
-    return (x + 0x1.8p+52) - 0x1.8p+52;
-}
-
 /* c[0] + c[1] z + … + c[n − 1] z^(n − 1) for an even n, by two interleaved Horner schemes, which a
  * processor computes side by side. */
 static inline double polynomial(double z, const double *c, int n)
@@ -137,7 +109,7 @@ static const uint64_t two_over_pi[20] = {
  * leave at least 64 that count. */
 static struct reduced_angle reduce_radians(double x)
 {
-    uint64_t bits = bits_of(x);
+    uint64_t bits = elementary_bits(x);
     uint64_t mantissa = (bits & 0xfffffffffffff) | 1ull << 52;
     unsigned first = (unsigned)(bits >> 52) - 1075 + 62; /* of the bits that matter; at least 9 */
     const uint64_t *at = two_over_pi + first / 64;
@@ -212,7 +184,7 @@ double math_cos(double radians)
 static struct reduced_angle angle_of_degrees(double x)
 {
     double turn = x < 360 ? x : fmod(x, 360); /* the same, sooner */
-    double quarters = nearest(turn * (1.0 / 90));
+    double quarters = elementary_nearest(turn * (1.0 / 90));
     return (struct reduced_angle){(unsigned)quarters, scaled(degree, turn - 90 * quarters)};
 }
 
@@ -232,115 +204,7 @@ double math_cos_degrees(double degrees)
     return isfinite(x) ? cosine_of(angle_of_degrees(x)) + 0.0 : NAN; /* + 0.0 turns −0 into 0 */
 }
 
-/* --- arc tangent ------------------------------------------------------------------------------------------ */
-
-/* atan(k/16) for k = 0..16. */
-static const struct dd atan_table[17] = {
-    {0, 0}, {0x1.ff55bb72cfdeap-5, -0x1.c934d86d23f1dp-60},
-    {0x1.fd5ba9aac2f6ep-4, -0x1.cd37686760c17p-59}, {0x1.7b97b4bce5b02p-3, 0x1.347b0b4f881cap-58},
-    {0x1.f5b75f92c80ddp-3, 0x1.8ab6e3cf7afbdp-57}, {0x1.362773707ebccp-2, -0x1.963a544b672d8p-57},
-    {0x1.6f61941e4def1p-2, -0x1.c63aae6f6e918p-56}, {0x1.a64eec3cc23fdp-2, -0x1.24dec1b50b7ffp-56},
-    {0x1.dac670561bb4fp-2, 0x1.a2b7f222f65e2p-56}, {0x1.0657e94db30dp-1, -0x1.d5b495f6349e6p-56},
-    {0x1.1e00babdefeb4p-1, -0x1.928df287a668fp-58}, {0x1.345f01cce37bbp-1, 0x1.1021137c71102p-55},
-    {0x1.4978fa3269ee1p-1, 0x1.2419a87f2a458p-56}, {0x1.5d58987169b18p-1, 0x1.0028e4bc5e7cap-57},
-    {0x1.700a7c5784634p-1, -0x1.8c34d25aadef6p-56}, {0x1.819d0b7158a4dp-1, -0x1.bf76229d3b917p-56},
-    {0x1.921fb54442d18p-1, 0x1.1a62633145c07p-55},
-};
-
-/* The arc tangent of small / large, for 2^-28 < small / large <= 1 and both far from the ends of the range:
- * with c = k/16 next to s/l, atan(s/l) = atan(c) + atan((s − c l) / (l + c s)), the last within ±1/32. */
-static struct dd first_octant(double small, double large)
-{
-    static const double series[] = {-1.0 / 3, 1.0 / 5, -1.0 / 7, 1.0 / 9, -1.0 / 11, 1.0 / 13};
-    double k = nearest(16 * (small / large)), c = k / 16;
-    struct dd down = exact_product(c, large), up = exact_product(c, small);
-    struct dd above = exact_sum(small, -down.hi), below = ordered_sum(large, up.hi);
-    above.lo -= down.lo;
-    below.lo += up.lo;
-    struct dd t = quotient(above, below), start = atan_table[(int)k];
-    double z = t.hi * t.hi;
-    struct dd sum = exact_sum(start.hi, t.hi);
-    return ordered_sum(sum.hi, sum.lo + (t.hi * z * polynomial(z, series, 6) + t.lo + start.lo));
-}
-
-/* The arc tangent of small / large for 0 <= small <= large and large > 0, of any magnitude. */
-static struct dd any_octant(double small, double large)
-{
-    double ratio = small / large;
-    if (ratio < 0x1p-28) /* where the series' second term is less than what rounding loses */
-        return (struct dd){ratio, 0};
-    double scale = large > 0x1p+500 ? 0x1p-600 : large < 0x1p-400 ? 0x1p+600 : 1;
-    return first_octant(small * scale, large * scale);
-}
-
-double math_atan2(double y, double x)
-{
-    /* What the octant's angle is added to or subtracted from: [steeper than 45 degrees][x negative]. */
-    static const struct dd base_angle[2][2] = {
-        {{0, 0}, {0x1.921fb54442d18p+1, 0x1.1a62633145c07p-53}},
-        {HALF_PI, HALF_PI},
-    };
-    if (isnan(y) || isnan(x))
-        return NAN;
-    double rise = fabs(y), run = fabs(x);
-    if (isinf(rise) && isinf(run))
-        rise = run = 1;
-    bool steep = rise > run, back = signbit(x);
-    double small = steep ? run : rise, large = steep ? rise : run;
-    struct dd angle = large > 0 ? any_octant(small, large) : (struct dd){0, 0};
-    struct dd base = base_angle[steep][back];
-    struct dd sum = exact_sum(base.hi, flipped(angle.hi, steep != back));
-    return copysign(sum.hi + (sum.lo + base.lo + flipped(angle.lo, steep != back)), y);
-}
-
-/* --- exponential and logarithm ---------------------------------------------------------------------------- */
-
-/* 2^(i/32). */
-static const struct dd exp_table[32] = {
-    {0x1p+0, 0}, {0x1.059b0d3158574p+0, 0x1.d73e2a475b465p-55},
-    {0x1.0b5586cf9890fp+0, 0x1.8a62e4adc610bp-54}, {0x1.11301d0125b51p+0, -0x1.6c51039449b3ap-54},
-    {0x1.172b83c7d517bp+0, -0x1.19041b9d78a76p-55}, {0x1.1d4873168b9aap+0, 0x1.e016e00a2643cp-54},
-    {0x1.2387a6e756238p+0, 0x1.9b07eb6c70573p-54}, {0x1.29e9df51fdee1p+0, 0x1.612e8afad1255p-55},
-    {0x1.306fe0a31b715p+0, 0x1.6f46ad23182e4p-55}, {0x1.371a7373aa9cbp+0, -0x1.63aeabf42eae2p-54},
-    {0x1.3dea64c123422p+0, 0x1.ada0911f09ebcp-55}, {0x1.44e086061892dp+0, 0x1.89b7a04ef80dp-59},
-    {0x1.4bfdad5362a27p+0, 0x1.d4397afec42e2p-56}, {0x1.5342b569d4f82p+0, -0x1.07abe1db13cadp-55},
-    {0x1.5ab07dd485429p+0, 0x1.6324c054647adp-54}, {0x1.6247eb03a5585p+0, -0x1.383c17e40b497p-54},
-    {0x1.6a09e667f3bcdp+0, -0x1.bdd3413b26456p-54}, {0x1.71f75e8ec5f74p+0, -0x1.16e4786887a99p-55},
-    {0x1.7a11473eb0187p+0, -0x1.41577ee04992fp-55}, {0x1.82589994cce13p+0, -0x1.d4c1dd41532d8p-54},
-    {0x1.8ace5422aa0dbp+0, 0x1.6e9f156864b27p-54}, {0x1.93737b0cdc5e5p+0, -0x1.75fc781b57ebcp-57},
-    {0x1.9c49182a3f09p+0, 0x1.c7c46b071f2bep-56}, {0x1.a5503b23e255dp+0, -0x1.d2f6edb8d41e1p-54},
-    {0x1.ae89f995ad3adp+0, 0x1.7a1cd345dcc81p-54}, {0x1.b7f76f2fb5e47p+0, -0x1.5584f7e54ac3bp-56},
-    {0x1.c199bdd85529cp+0, 0x1.11065895048ddp-55}, {0x1.cb720dcef9069p+0, 0x1.503cbd1e949dbp-56},
-    {0x1.d5818dcfba487p+0, 0x1.2ed02d75b3707p-55}, {0x1.dfc97337b9b5fp+0, -0x1.1a5cd4f184b5cp-54},
-    {0x1.ea4afa2a490dap+0, -0x1.e9c23179c2893p-54}, {0x1.f50765b6e454p+0, 0x1.9d3e12dd8a18bp-54},
-};
-
-/* e^(x.hi + x.lo), for finite or infinite x.hi: with n = 32 x / ln 2 to the nearest integer,
- * e^x = 2^(n / 32) e^r and |r| < 0.011. */
-static double exp_of(struct dd x)
-{
-    static const double series[] = {1.0 / 2, 1.0 / 6, 1.0 / 24, 1.0 / 120, 1.0 / 720, 1.0 / 5040};
-    if (x.hi > 710)
-        return INFINITY;
-    if (x.hi < -746)
-        return 0;
-    double n = nearest(x.hi * 0x1.71547652b82fep+5);
-    /* ln 2 / 32 in two parts, the first so short that n times it is exact. */
-    struct dd r = exact_sum(x.hi - n * 0x1.62e42fefap-6, -n * 0x1.cf79abc9e3b3ap-45);
-    r = ordered_sum(r.hi, r.lo + x.lo);
-    int index = (int)n & 31, exponent = ((int)n - index) / 32;
-    struct dd table = exp_table[index];
-    double power = r.hi + (r.lo + r.hi * r.hi * polynomial(r.hi, series, 6));
-    double value = table.hi + (table.lo + table.hi * power);
-    /* In two steps, of which the first neither overflows nor becomes subnormal. */
-    int step = exponent > 0 ? 64 : -64;
-    return value * power_of_two(exponent - step) * power_of_two(step);
-}
-
-double math_exp(double x)
-{
-    return isnan(x) ? NAN : exp_of((struct dd){x, 0});
-}
+/* --- logarithm -------------------------------------------------------------------------------------------- */
 
 /* ln(i/64) for i = 45..91. */
 static const struct dd log_table[47] = {
@@ -381,11 +245,11 @@ static struct dd log_of(double x)
         x *= 0x1p+54;
         k = -54;
     }
-    uint64_t bits = bits_of(x);
+    uint64_t bits = elementary_bits(x);
     int shift = (int)((bits - root_half + (1024ull << 52)) >> 52) - 1024;
     k += shift;
-    double m = double_of(bits - ((uint64_t)shift << 52));
-    double i = nearest(m * 64), c = i / 64;
+    double m = elementary_double(bits - ((uint64_t)shift << 52));
+    double i = elementary_nearest(m * 64), c = i / 64;
     struct dd s = quotient((struct dd){m - c, 0}, exact_sum(m, c));
     double z = s.hi * s.hi;
     struct dd row = log_table[(int)i - 45];
@@ -419,7 +283,8 @@ static double power_of(double x, double y)
         return (x > 1) == (y > 0) ? INFINITY : 0;
     /* ln x is at least 2^-53, so beyond this the power over- or underflows anyway; the product must not. */
     double clamped = fabs(y) < 0x1p+80 ? y : copysign(0x1p+80, y);
-    return exp_of(scaled(log_of(x), clamped));
+    struct dd exponent = scaled(log_of(x), clamped);
+    return elementary_exp(exponent.hi, exponent.lo);
 }
 
 double math_pow(double x, double y)

@@ -105,16 +105,17 @@ static struct pair sample_degrees(uint32_t i)
 
 static struct pair sample_point(uint32_t i)
 {
+    static const double slopes[] = {1, -1, M_SQRT2 - 1, 1 - M_SQRT2, M_SQRT2 + 1, -1 - M_SQRT2};
     double x = uniform(i, 0, -1, 1), y = uniform(i, 1, -1, 1);
     switch (i % 8) {
     case 0:
         return (struct pair){any_finite(i, 0), any_finite(i, 1)};
-    case 1: /* from subnormal to large, the ratio within the reach of the table */
+    case 1: /* from subnormal to large, the ratio moderate */
         return (struct pair){ldexp(x, (int)(i % 2040) - 1040), ldexp(y, (int)(i % 2040) - 1040 + (int)(i % 7))};
-    case 2: /* the border between two rows of the table */
-        return (struct pair){x, near(i, 1, x * floor(uniform(i, 2, -16, 17)) / 16 + x / 32)};
-    case 3: /* where the quotient alone begins to do */
-        return (struct pair){x, y * 0x1p-28};
+    case 2: /* the borders of octants and of what is turned within them */
+        return (struct pair){x, near(i, 1, x * slopes[i / 8 % COUNT(slopes)])};
+    case 3: /* nearly flat */
+        return (struct pair){x, ldexp(y, -(int)(i % 60))};
     default:
         return (struct pair){x, y};
     }
@@ -129,8 +130,8 @@ static struct pair sample_exponent(uint32_t i)
         return (struct pair){uniform(i, 0, 709, 710), 0};
     case 2:
         return (struct pair){ldexp(uniform(i, 0, -1, 1), -(int)(i % 1000)), 0};
-    case 3: /* the border between two rows of the table */
-        return (struct pair){near(i, 0, (floor(uniform(i, 1, -20000, 20000)) + 0.5) * M_LN2 / 32), 0};
+    case 3: /* where the power of two changes */
+        return (struct pair){near(i, 0, (floor(uniform(i, 1, -1075, 1024)) + 0.5) * M_LN2), 0};
     case 4:
         return (struct pair){uniform(i, 0, -1, 1), 0};
     default:
@@ -166,6 +167,18 @@ static struct pair sample_power(uint32_t i)
     default:
         return (struct pair){x, uniform(i, 1, -745, 710) / math_log(x)};
     }
+}
+
+/* Bases and exponents of highlights whose power is a normal number. */
+static struct pair sample_unit_power(uint32_t i)
+{
+    double x = i % 4 == 0   ? ldexp(uniform(i, 0, 0.5, 1), -(int)(i / 4 % 1021))
+               : i % 4 == 1 ? 1 - ldexp(uniform(i, 0, 0, 1), -(int)(i / 4 % 53))
+               : i % 4 == 2 ? near(i, 0, M_SQRT1_2)
+                            : uniform(i, 0, 0, 1);
+    x = x < 1 ? x : 1 - DBL_EPSILON / 2;
+    double largest = -708.39 / math_log(x);
+    return (struct pair){x, i / 4 % 2 ? largest * uniform(i, 1, 0, 1) : fmin(largest, exp2(uniform(i, 1, -10, 20)))};
 }
 
 /* --- the functions under test ----------------------------------------------------------------------------- */
@@ -212,14 +225,16 @@ static const struct function functions[] = {
      "cfaf64b7fd70d954cb1ce393cf372a43a66ca6ab1cec3b3fd8d3ab15d035574e"},
     {"cos_degrees", math_cos_degrees, NULL, true_cos_degrees, NULL, sample_degrees, 0.86, 0.86,
      "2cb2d40c47b831b02c8c90abaf0210dc37c657c18a33f31fd58f5e93a6cc578e"},
-    {"atan2", NULL, atan2_of, NULL, true_atan2, sample_point, 0.55, 0.55,
-     "c01ff96b89723552368180a3c36e1be637194ec74c371893396958e0ba58dc86"},
-    {"exp", math_exp, NULL, mpfr_exp, NULL, sample_exponent, 0.53, 0.76,
-     "71c06555c00c0dc4711256249f98c91df05ef1b2ec38b2864d249c917e10f15f"},
+    {"atan2", NULL, atan2_of, NULL, true_atan2, sample_point, 2, 0.55,
+     "7f522e1ffffdf9f7c43dd1f8ff052087a05a30ba6315ac8fe1d1b52565d51947"},
+    {"exp", math_exp, NULL, mpfr_exp, NULL, sample_exponent, 0.67, 0.8,
+     "5ca0ec885b6c4bf9c8611fd13175341a78596f123ad89c83833bbc632244c9f5"},
     {"log", math_log, NULL, mpfr_log, NULL, sample_positive, 0.501, 0.501,
      "40eba0be658d2c2ac6ca7cb1a567cdea222ea591d9217603a7a5f69b1ee55ecf"},
-    {"pow", NULL, math_pow, NULL, mpfr_pow, sample_power, 0.54, 0.76,
-     "a585b2059ad7357d3054d5c124050ddd113c566dadd7ac59bff4222d90fd74a6"},
+    {"pow_unit", NULL, math_pow_unit, NULL, mpfr_pow, sample_unit_power, 5e-13 / DBL_EPSILON, 0,
+     "c4fd018e694bc7e31756fad00709bda9fc966ed8323b89cd80113dcb8c01df6c"},
+    {"pow", NULL, math_pow, NULL, mpfr_pow, sample_power, 0.67, 0.8,
+     "26f5985f3055ed78dbb2867bec9b4ea7e17fbefdc38d4672a4303610ef1dd2c3"},
 };
 
 static double value_of(const struct function *f, struct pair a)
@@ -323,14 +338,20 @@ static double golden_argument(uint32_t i, uint32_t draw)
     return i % 4 == 0 ? x : ldexp((double)(int64_t)bits, -48 - (int)(bits % 24));
 }
 
+static struct pair golden_pair(const struct function *f, uint32_t i)
+{
+    if (f->ours2 == math_pow_unit)
+        return (struct pair){uniform(i, 10, 0, 1), ldexp(uniform(i, 11, 0.5, 1), (int)(i % 24) - 4)};
+    double x = golden_argument(i, 10);
+    return (struct pair){f->ours2 == math_pow && i % 8 ? fabs(x) : x, golden_argument(i, 11)};
+}
+
 static void bits_are_the_recorded_ones(void **state)
 {
     const struct function *f = *state;
     static uint64_t results[GOLDEN];
-    for (uint32_t i = 0; i < GOLDEN; i++) {
-        struct pair a = {golden_argument(i, 10), golden_argument(i, 11)};
-        results[i] = bits_of(value_of(f, f->ours2 == math_pow && i % 8 ? (struct pair){fabs(a.x), a.y} : a));
-    }
+    for (uint32_t i = 0; i < GOLDEN; i++)
+        results[i] = bits_of(value_of(f, golden_pair(f, i)));
     struct digest digest = digest_of(results, sizeof results);
     char text[DIGEST_HEX_BYTES];
     digest_hex(&digest, text);
