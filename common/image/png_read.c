@@ -30,7 +30,7 @@ struct png_decoder {
     uint32_t rows_allocated; /* of image.rgb */
     uint32_t code_bytes;     /* 1 or 2 */
     uint8_t *codes;          /* one row: red, green, blue; two bytes are big-endian */
-    float *light;            /* the linear light of every code; 0 until it is needed */
+    float *light;            /* the linear light of every code; of two bytes, 0 until it is needed */
     char reason[256];        /* libpng's last word */
     char warning[256];       /* its latest warning, or "" */
 };
@@ -102,14 +102,8 @@ static void choose_codes(struct png_decoder *decoder)
         png_error(decoder->png, "unexpected row size");
     decoder->codes = memory_array((size_t)decoder->image.width * 3, decoder->code_bytes);
     decoder->light = memory_array(decoder->code_bytes == 1 ? 256 : 65536, sizeof *decoder->light);
-}
-
-static float light_of(struct png_decoder *decoder, uint32_t code)
-{
-    float *light = &decoder->light[code];
-    if (*light == 0)
-        *light = (float)colour_decode_srgb(code / (decoder->code_bytes == 1 ? 255.0 : 65535.0));
-    return *light;
+    for (int code = 0; decoder->code_bytes == 1 && code < 256; code++)
+        decoder->light[code] = (float)colour_from_srgb8((uint8_t)code);
 }
 
 /* The image grows as rows arrive, since a small file may claim a large one: what is touched stays in
@@ -125,16 +119,38 @@ static void reach_row(struct png_decoder *decoder, uint32_t y)
     image->rgb = memory_resize(image->rgb, pixels, 3 * sizeof *image->rgb);
 }
 
-static void store_row(struct png_decoder *decoder, const struct png_pass *pass, uint32_t y)
+/* Both put the pixels of a row dx pixels apart. */
+static void put_8_bits(const struct png_decoder *decoder, const struct png_pass *pass, float *out)
 {
     const uint8_t *codes = decoder->codes;
+    for (uint32_t i = 0; i < pass->columns; i++, codes += 3, out += (size_t)pass->dx * 3)
+        for (int c = 0; c < 3; c++)
+            out[c] = decoder->light[codes[c]];
+}
+
+static float light_of_16_bits(struct png_decoder *decoder, uint32_t code)
+{
+    float *light = &decoder->light[code];
+    if (*light == 0)
+        *light = (float)colour_decode_srgb(code / 65535.0);
+    return *light;
+}
+
+static void put_16_bits(struct png_decoder *decoder, const struct png_pass *pass, float *out)
+{
+    const uint8_t *codes = decoder->codes;
+    for (uint32_t i = 0; i < pass->columns; i++, codes += 6, out += (size_t)pass->dx * 3)
+        for (int c = 0; c < 3; c++)
+            out[c] = light_of_16_bits(decoder, (uint32_t)codes[2 * c] << 8 | codes[2 * c + 1]);
+}
+
+static void store_row(struct png_decoder *decoder, const struct png_pass *pass, uint32_t y)
+{
     float *out = decoder->image.rgb + ((size_t)y * decoder->image.width + pass->x0) * 3;
-    for (uint32_t i = 0; i < pass->columns; i++, out += (size_t)pass->dx * 3) {
-        for (int c = 0; c < 3; c++, codes += decoder->code_bytes) {
-            uint32_t code = decoder->code_bytes == 1 ? codes[0] : (uint32_t)codes[0] << 8 | codes[1];
-            out[c] = light_of(decoder, code);
-        }
-    }
+    if (decoder->code_bytes == 1)
+        put_8_bits(decoder, pass, out);
+    else
+        put_16_bits(decoder, pass, out);
 }
 
 static struct png_pass pass_of(const struct png_decoder *decoder, int pass)

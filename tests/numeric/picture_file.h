@@ -14,9 +14,7 @@
 
 static inline void picture_put(uint8_t *at, struct vec3 color)
 {
-    at[0] = colour_quantize8(color.x);
-    at[1] = colour_quantize8(color.y);
-    at[2] = colour_quantize8(color.z);
+    colour_quantize8(&color, 1, at);
 }
 
 /* If HARD_PICTURES names a folder, LABEL.png there: the picture as found, as expected, and white where they are

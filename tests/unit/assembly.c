@@ -1,12 +1,18 @@
-/* Weaving a picture from bands that come in any order: the file equals the one written row by row. */
+/*
+ * Weaving a picture from bands that come in any order: the file equals the one written row by row, and rows go to
+ * disk before the last have come.
+ */
 #include <dirent.h>
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -153,6 +159,82 @@ static void test_abandon(void **state)
     assert_int_equal(count_files(), 1); /* the reference alone */
 }
 
+/* --- a picture of more than one block of compressed bytes -------------------------------------------------- */
+
+enum { LARGE_WIDTH = 600, LARGE_HEIGHT = 500, LARGE_ROW_BYTES = 3 * LARGE_WIDTH };
+
+static struct assembly *create_large(void)
+{
+    struct image_description large = {LARGE_WIDTH, LARGE_HEIGHT, PIXEL_SRGB8, "weft test", "scene.json"};
+    enum status status;
+    struct assembly *assembly = assembly_create(output, &large, &status, &error);
+    assert_non_null(assembly);
+    return assembly;
+}
+
+/* Noise, which does not compress. */
+static enum status add_large(struct assembly *assembly, uint32_t first_row, uint32_t rows)
+{
+    size_t record_bytes = row_record_bytes(LARGE_ROW_BYTES);
+    uint8_t *records = memory_array(rows, record_bytes);
+    for (size_t i = 0; i < rows * record_bytes; i++)
+        if (i % record_bytes >= ROW_FIGURES_BYTES)
+            records[i] = (uint8_t)hash_u32((uint32_t)i);
+    enum status status = assembly_add(assembly, first_row, rows, records, &error);
+    free(records);
+    return status;
+}
+
+/* Bytes of the file that becomes the output. */
+static int64_t part_bytes(void)
+{
+    struct stat info;
+    char part[96];
+    snprintf(part, sizeof part, "%s/.out.png.%ld.part", folder, (long)getpid());
+    return stat(part, &info) == 0 ? (int64_t)info.st_size : -1;
+}
+
+static void test_written_while_rows_are_missing(void **state)
+{
+    (void)state;
+    enum { ROWS_NOW = 400, WRITTEN = 1 << 18, PATIENCE_MS = 20000 };
+    struct assembly *assembly = create_large();
+    assert_int_equal(add_large(assembly, 1, ROWS_NOW - 1), STATUS_OK);
+    assert_true(part_bytes() < 1000); /* the first row is missing */
+    assert_int_equal(add_large(assembly, 0, 1), STATUS_OK);
+    int waited_ms = 0;
+    for (; part_bytes() < WRITTEN && waited_ms < PATIENCE_MS; waited_ms++)
+        usleep(1000);
+    assert_true(part_bytes() >= WRITTEN);
+    assert_int_equal(add_large(assembly, ROWS_NOW, LARGE_HEIGHT - ROWS_NOW), STATUS_OK);
+    assert_int_equal(assembly_complete(&assembly, &error), STATUS_OK);
+    assert_int_equal(unlink(output), 0);
+}
+
+/* A file that may not grow: adding or completing says so, and nothing is left. */
+static void test_failure_to_write(void **state)
+{
+    (void)state;
+    struct rlimit before, small;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    small = (struct rlimit){.rlim_cur = 1 << 17, .rlim_max = before.rlim_max};
+    signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    struct assembly *assembly = create_large();
+    enum status status = add_large(assembly, 0, LARGE_HEIGHT - 1);
+    if (status == STATUS_OK)
+        status = add_large(assembly, LARGE_HEIGHT - 1, 1);
+    if (status == STATUS_OK)
+        status = assembly_complete(&assembly, &error);
+    assembly_abandon(&assembly);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_int_equal(status, STATUS_OUTPUT);
+    assert_non_null(strstr(error.text, "cannot be written"));
+    assert_int_equal(count_files(), 1);
+}
+
+/* --- the rest ---------------------------------------------------------------------------------------------- */
+
 static void test_no_folder(void **state)
 {
     (void)state;
@@ -211,6 +293,8 @@ int main(void)
         cmocka_unit_test(test_in_order), cmocka_unit_test(test_whole),   cmocka_unit_test(test_backwards),
         cmocka_unit_test(test_shuffled), cmocka_unit_test(test_abandon), cmocka_unit_test(test_no_folder),
         cmocka_unit_test(test_record_bytes),
+        cmocka_unit_test(test_written_while_rows_are_missing),
+        cmocka_unit_test(test_failure_to_write),
     };
     return cmocka_run_group_tests_name("assembly", tests, make_reference, remove_folder);
 }

@@ -1,5 +1,5 @@
 /*
- * sRGB: the curve, its round trips, and the fast 8 bit quantizer against its definition.
+ * sRGB: the curve, its round trips, and the fast quantizers against their definition.
  */
 #include "math/colour.h"
 
@@ -14,18 +14,36 @@
 
 #include "base/hash.h"
 
-enum { SEED = 20240612, SAMPLES = 2000000, NEIGHBOURS = 500 };
+enum { SEED = 20240612, SAMPLES = 2000000 };
 
-static int plain_quantize8(double linear)
+static int quantize8(double linear)
 {
-    return (int)floor(255 * colour_encode_srgb(linear) + 0.5);
+    uint8_t codes[3];
+    colour_quantize8(&(struct vec3){linear, 0, 1}, 1, codes);
+    assert_true(codes[1] == 0 && codes[2] == 255);
+    return codes[0];
 }
 
-static void check_quantize8(double linear)
+static int quantize16(double linear)
 {
-    int expected = plain_quantize8(linear), code = colour_quantize8(linear);
-    if (code != expected)
-        fail_msg("seed %d: %a quantizes to %d, not %d", SEED, linear, code, expected);
+    uint16_t codes[3];
+    colour_quantize16(&(struct vec3){0, linear, 1}, 1, codes);
+    assert_true(codes[0] == 0 && codes[2] == 65535);
+    return codes[1];
+}
+
+static int plain_quantize(double linear, double highest)
+{
+    return (int)floor(highest * colour_encode_srgb(linear) + 0.5);
+}
+
+static void check_quantizers(double linear)
+{
+    int expected8 = plain_quantize(linear, 255), expected16 = plain_quantize(linear, 65535);
+    int code8 = quantize8(linear), code16 = quantize16(linear);
+    if (code8 != expected8 || code16 != expected16)
+        fail_msg("seed %d: %a quantizes to %d and %d, not to %d and %d", SEED, linear, code8, code16, expected8,
+                 expected16);
 }
 
 /* Values of IEC 61966-2-1 computed with 40 digits. */
@@ -55,11 +73,11 @@ static void what_is_outside_is_clamped(void **state)
                         high[] = {1, 1 + DBL_EPSILON, 2, 1e300, INFINITY};
     for (size_t i = 0; i < sizeof low / sizeof low[0]; i++) {
         assert_true(colour_encode_srgb(low[i]) == 0 && colour_decode_srgb(low[i]) == 0);
-        assert_true(colour_quantize8(low[i]) == 0 && colour_quantize16(low[i]) == 0);
+        assert_true(quantize8(low[i]) == 0 && quantize16(low[i]) == 0);
     }
     for (size_t i = 0; i < sizeof high / sizeof high[0]; i++) {
         assert_true(colour_encode_srgb(high[i]) == 1 && colour_decode_srgb(high[i]) == 1);
-        assert_true(colour_quantize8(high[i]) == 255 && colour_quantize16(high[i]) == 65535);
+        assert_true(quantize8(high[i]) == 255 && quantize16(high[i]) == 65535);
     }
 }
 
@@ -68,41 +86,61 @@ static void all_codes_survive_the_round_trip(void **state)
     (void)state;
     for (int code = 0; code < 256; code++) {
         assert_true(colour_from_srgb8((uint8_t)code) == colour_decode_srgb(code / 255.0));
-        assert_int_equal(colour_quantize8(colour_from_srgb8((uint8_t)code)), code);
+        assert_int_equal(quantize8(colour_from_srgb8((uint8_t)code)), code);
     }
     for (int code = 0; code < 65536; code++)
-        assert_int_equal(colour_quantize16(colour_decode_srgb(code / 65535.0)), code);
+        assert_int_equal(quantize16(colour_decode_srgb(code / 65535.0)), code);
 }
 
 /* Both sides of every border between codes, which encoding has to be monotonic to place. */
-static void quantize8_equals_its_definition_at_the_borders(void **state)
+static void check_borders(double highest, int (*quantize)(double), int neighbours)
 {
-    (void)state;
-    for (int code = 1; code < 256; code++) {
-        double border = colour_decode_srgb((code - 0.5) / 255), below = border, above = border;
-        for (int i = 0; i < NEIGHBOURS; i++) {
-            check_quantize8(below);
-            check_quantize8(above);
+    for (int code = 1; code <= highest; code++) {
+        double border = colour_decode_srgb((code - 0.5) / highest), below = border, above = border;
+        for (int i = 0; i < neighbours; i++) {
+            check_quantizers(below);
+            check_quantizers(above);
             below = nextafter(below, 0);
             above = nextafter(above, 1);
         }
-        assert_int_equal(colour_quantize8(below), code - 1);
-        assert_int_equal(colour_quantize8(above), code);
+        assert_int_equal(quantize(below), code - 1);
+        assert_int_equal(quantize(above), code);
     }
 }
 
-static void quantize8_equals_its_definition_anywhere(void **state)
+static void quantizers_equal_their_definition_at_the_borders(void **state)
+{
+    (void)state;
+    check_borders(255, quantize8, 500);
+    check_borders(65535, quantize16, 20);
+}
+
+/* Where the quantizers' tables go from one part to the next: octaves, cut into up to 128 parts. */
+static void quantizers_equal_their_definition_between_parts(void **state)
+{
+    (void)state;
+    for (double octave = 0x1p-12; octave < 1; octave *= 2) {
+        for (int i = 0; i < 128; i++) {
+            double start = octave * (1 + i / 128.0);
+            check_quantizers(nextafter(start, 0));
+            check_quantizers(start);
+            check_quantizers(nextafter(start, 1));
+        }
+    }
+    check_quantizers(nextafter(0.0031308, 0));
+    check_quantizers(0.0031308);
+    check_quantizers(nextafter(0.0031308, 1));
+    check_quantizers(nextafter(1, 0));
+    check_quantizers(DBL_TRUE_MIN);
+}
+
+static void quantizers_equal_their_definition_anywhere(void **state)
 {
     (void)state;
     print_message("# seed %d\n", SEED);
     for (uint32_t i = 0; i < SAMPLES; i++) {
         double value = hash_u32(hash_u32(SEED) ^ i) * 0x1p-32 + hash_u32(i) * 0x1p-64;
-        check_quantize8(i % 4 ? value : value * value * value);
-    }
-    for (int i = 0; i <= 4096; i++) { /* the borders of the quantizer's buckets */
-        check_quantize8(nextafter(i / 4096.0, 0));
-        check_quantize8(i / 4096.0);
-        check_quantize8(nextafter(i / 4096.0, 1));
+        check_quantizers(i % 4 ? value : value * value * value);
     }
 }
 
@@ -112,8 +150,9 @@ int main(void)
         cmocka_unit_test(the_curve_is_that_of_the_standard),
         cmocka_unit_test(what_is_outside_is_clamped),
         cmocka_unit_test(all_codes_survive_the_round_trip),
-        cmocka_unit_test(quantize8_equals_its_definition_at_the_borders),
-        cmocka_unit_test(quantize8_equals_its_definition_anywhere),
+        cmocka_unit_test(quantizers_equal_their_definition_at_the_borders),
+        cmocka_unit_test(quantizers_equal_their_definition_between_parts),
+        cmocka_unit_test(quantizers_equal_their_definition_anywhere),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

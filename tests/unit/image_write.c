@@ -223,18 +223,32 @@ static void test_encoded_bytes(void **state)
     assert_memory_equal(out, linear, 24);
 }
 
+/* Many pixels at once are encoded as one at a time. */
+static void test_encoded_rows(void **state)
+{
+    (void)state;
+    enum { COUNT = 1000 };
+    static struct vec3 pixels[COUNT];
+    static uint8_t all[COUNT * 12], one[COUNT * 12];
+    for (uint32_t i = 0; i < COUNT; i++)
+        pixels[i] = vec3_make(light_at(i, 0, 0), light_at(i, 0, 1), light_at(i, 0, 2));
+    for (int format = 0; format < PIXEL_FORMATS; format++) {
+        size_t pixel_bytes = pixel_format_bytes(format);
+        pixel_format_encode(format, pixels, COUNT, all);
+        for (size_t i = 0; i < COUNT; i++)
+            pixel_format_encode(format, &pixels[i], 1, one + i * pixel_bytes);
+        assert_memory_equal(all, one, COUNT * pixel_bytes);
+    }
+}
+
 /* --- files ------------------------------------------------------------------------------------------------ */
 
 static float expected_light(enum pixel_format format, double light)
 {
-    switch (format) {
-    case PIXEL_SRGB8:
-        return (float)colour_from_srgb8(colour_quantize8(light));
-    case PIXEL_SRGB16:
-        return (float)colour_decode_srgb(colour_quantize16(light) / 65535.0);
-    default:
+    double highest = format == PIXEL_SRGB8 ? 255 : 65535;
+    if (format == PIXEL_LINEAR)
         return (float)light;
-    }
+    return (float)colour_decode_srgb(floor(highest * colour_encode_srgb(light) + 0.5) / highest);
 }
 
 static void test_round_trips(void **state)
@@ -544,6 +558,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_encoded_bytes),
+        cmocka_unit_test(test_encoded_rows),
         TEST_IN_PLACE(test_round_trips),
         TEST_IN_PLACE(test_same_rows_give_same_bytes),
         TEST_IN_PLACE(test_chunks_of_png),
