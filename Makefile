@@ -24,6 +24,16 @@ comma   = ,
 Q       = $(if $(V),,@) # make V=1 shows the commands
 
 COMMON  = $(wildcard common/*/*.c)
+
+# Files that are compiled once for each instruction set of the machine (common/trace/lanes.h). FMA stays unused.
+LANES   = $(wildcard common/trace/lanes/*.c)
+ISAS_x86_64  = sse2 avx2 avx512
+ISAS_aarch64 = neon
+FLAGS_avx2   = -mavx2
+FLAGS_avx512 = -mavx512f -mavx512vl -mavx512dq -mavx512bw -mprefer-vector-width=512
+ISAS   := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine))))
+LANE_OBJECTS = $(foreach isa,$(ISAS),$(LANES:%.c=$(B)/obj/%.$(isa).o))
+
 FARM    = $(filter-out %/main.c,$(wildcard coordinator/*.c worker/*.c))
 OBJECTS = $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM) $(wildcard coordinator/main.c worker/main.c))
 PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker/main.c),$(B)/weft-worker)
@@ -31,7 +41,7 @@ PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c))
 SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t)
 
-.PHONY: all demo test test-one-mode test-isa check clean help
+.PHONY: all demo test test-one-mode test-isa bench bench-peers clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
@@ -41,6 +51,10 @@ help:
 	@echo 'make demo       renders scenes/showcase.json with two workers into showcase.png'
 	@echo 'make test       all tests, in release mode and with address and undefined-behaviour sanitizers'
 	@echo 'make test-isa   the same bits from other compilers, options and CPUs (installing emulators, by apt)'
+	@echo 'make bench      kernels, trees, whole renders, the cost of the farm: figures on stdout'
+	@echo 'make bench-peers'
+	@echo '                CPU time against POV-Ray and Tachyon (installing them, by apt); FULL=1: at full size;'
+	@echo '                NFF=FOLDER: other copies of the .nff scenes; PEERS=--help: other options of the script'
 	@echo 'make clean      removes what was built'
 	@echo 'CC=clang builds with clang; MODE=sanitize B=build/sanitize builds with sanitizers'
 
@@ -56,7 +70,7 @@ $(B)/dependencies: deploy/install-dependencies
 
 # --- the tracing core's revision ------------------------------------------------------------------------
 # A digest of the sources that decide a pixel; workers and coordinator compare it at joining.
-CORE_SOURCES = $(sort $(wildcard common/base/*.[ch] common/math/*.[ch] common/image/*.[ch] common/scene/*.[ch] common/trace/*.[ch]))
+CORE_SOURCES = $(sort $(wildcard common/base/*.[ch] common/math/*.[ch] common/image/*.[ch] common/scene/*.[ch] common/trace/*.[ch] common/trace/lanes/*.[ch]))
 $(B)/core_revision.h: $(CORE_SOURCES) Makefile
 	@mkdir -p $(@D)
 	@printf '#define CORE_REVISION "%s"\n' "$$(cat $(CORE_SOURCES) | sha256sum | cut -c1-64)" >$@
@@ -67,7 +81,15 @@ $(B)/obj/%.o: %.c $(B)/core_revision.h Makefile | $(B)/dependencies
 	$(if $(V),,@echo '  CC   $<')
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
 
-$(B)/libweft.a: $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM))
+define LANES_RULE
+$(B)/obj/common/trace/lanes/%.$(1).o: common/trace/lanes/%.c $(B)/core_revision.h Makefile | $(B)/dependencies
+	@mkdir -p $$(@D)
+	$(if $(V),,@echo '  CC   $$< ($(1))')
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -DLANES_SUFFIX=$(1) $(FLAGS_$(1)) -MMD -MP -c -o $$@ $$<
+endef
+$(foreach isa,$(ISAS),$(eval $(call LANES_RULE,$(isa))))
+
+$(B)/libweft.a: $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM)) $(LANE_OBJECTS)
 	@rm -f $@
 	$(Q)$(AR) rcs $@ $^
 
@@ -84,7 +106,7 @@ $(B)/tests/%.t: $(B)/obj/tests/%.o $(B)/libweft.a
 	$(if $(V),,@echo '  LINK $@')
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(TEST_LIBS) $(LDLIBS)
 
--include $(OBJECTS:.o=.d) $(patsubst $(B)/tests/%.t,$(B)/obj/tests/%.d,$(C_TESTS))
+-include $(OBJECTS:.o=.d) $(LANE_OBJECTS:.o=.d) $(patsubst $(B)/tests/%.t,$(B)/obj/tests/%.d,$(C_TESTS))
 
 # --- tests -------------------------------------------------------------------------------------------------
 # Both modes, one prove run each. WEFT_BUILD tells the shell tests which programs to run.
@@ -99,6 +121,31 @@ test-one-mode: all $(C_TESTS)
 test-isa: $(B)/tests/isa/signature.t
 	-deploy/install-dependencies --isa $(B)/arm64
 	WEFT_BUILD=$(B) $(PROVE) --timer --verbose -e '' tests/isa/*.t
+
+# --- benchmarks ----------------------------------------------------------------------------------------------
+BENCHES = $(patsubst tests/bench/%.c,$(B)/bench/%,$(wildcard tests/bench/*.c))
+EXPORT  = $(patsubst %.c,$(B)/obj/%.o,$(wildcard tests/bench/peers/*.c))
+
+$(B)/bench/export: $(EXPORT) $(B)/libweft.a
+	@mkdir -p $(@D)
+	$(if $(V),,@echo '  LINK $@')
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS)
+
+$(B)/bench/%: $(B)/obj/tests/bench/%.o $(B)/libweft.a
+	@mkdir -p $(@D)
+	$(if $(V),,@echo '  LINK $@')
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS)
+
+-include $(EXPORT:.o=.d) $(patsubst $(B)/%,$(B)/obj/tests/%.d,$(BENCHES))
+
+bench: all $(BENCHES)
+	$(B)/bench/kernels
+	$(B)/bench/tree 1000000
+	$(B)/bench/render 320 $(filter-out %.schema.json,$(wildcard scenes/*.json)) $(wildcard tests/bench/scenes/*.nff)
+	$(B)/bench/farm $(B)/weft scenes/showcase.json scenes/first.json
+
+bench-peers: all $(B)/bench/export
+	WEFT_BUILD=$(B) CC=$(CC) tests/bench/peers/run $(if $(FULL),--full) $(if $(NFF),--nff '$(NFF)') $(PEERS)
 
 clean:
 	rm -rf $(B)

@@ -1,0 +1,96 @@
+/*
+ * The tree: how fast it is built, what it takes in memory, and how fast it is searched.
+ *
+ * tree [LARGEST]: up to that many primitives (default 100000; `make bench` takes 1000000).
+ */
+#include <inttypes.h>
+#include <malloc.h>
+#include <stdio.h>
+
+#include "tests/bench/bench.h"
+
+/* --- building: the only place here that knows the tree's insides -------------------------------------------- */
+
+static void build_tree(void *context)
+{
+    const struct plan *plan = context;
+    uint32_t *order = memory_array(plan->primitive_count, sizeof *order);
+    struct bvh bvh = {0};
+    bvh_build(&bvh, plan, order, 1);
+    bvh_finish(&bvh);
+    free(order);
+}
+
+static size_t tree_bytes(const struct bvh *bvh)
+{
+    return bvh->node_count * sizeof *bvh->nodes + bvh->loose_count * sizeof *bvh->loose;
+}
+
+static size_t heap_bytes(void)
+{
+    struct mallinfo2 info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+}
+
+static void print_build(enum bench_shape shape, const struct plan *plan, size_t plan_bytes, double plan_seconds)
+{
+    double seconds = bench_least_seconds(build_tree, (void *)plan), count = (double)plan->primitive_count;
+    printf("%-9s %9zu %9.2f %9.2f %9.1f %9.1f\n", bench_shape_names[shape], plan->primitive_count,
+           1e-6 * count / seconds, 1e-6 * count / plan_seconds, (double)tree_bytes(&plan->bvh) / count,
+           (double)plan_bytes / count);
+}
+
+static void print_search(enum bench_shape shape, const struct plan *plan)
+{
+    for (size_t k = 0; kernel_at(k); k++) {
+        printf("%-9s %9zu %9s", bench_shape_names[shape], plan->primitive_count, kernel_at(k)->name);
+        for (int sort = 0; sort < BENCH_RAY_SORTS; sort++)
+            printf(" %9.1f", bench_ns_a_ray(kernel_at(k), plan, (enum bench_rays)sort));
+        printf("\n");
+    }
+}
+
+/* Compiles the scene into *bytes of heap and *seconds of CPU time. */
+static struct plan *compile(const struct scene *scene, size_t *bytes, double *seconds)
+{
+    size_t before = heap_bytes();
+    double start = bench_thread_seconds();
+    struct plan *plan = bench_plan(scene);
+    *seconds = bench_thread_seconds() - start;
+    *bytes = heap_bytes() - before;
+    return plan;
+}
+
+static void for_each_size(size_t largest, bool search)
+{
+    static const enum bench_shape shapes[] = {BENCH_TRIANGLE, BENCH_SPHERE};
+    for (size_t s = 0; s < sizeof shapes / sizeof *shapes; s++)
+        for (size_t count = 10000; count <= largest; count *= 10) {
+            size_t bytes;
+            double seconds;
+            struct scene scene = bench_scene(shapes[s], count);
+            struct plan *plan = compile(&scene, &bytes, &seconds);
+            if (search)
+                print_search(shapes[s], plan);
+            else
+                print_build(shapes[s], plan, bytes, seconds);
+            fflush(stdout);
+            plan_destroy(&plan);
+            scene_finish(&scene);
+        }
+}
+
+int main(int argc, char **argv)
+{
+    size_t largest = argc > 1 ? strtoul(argv[1], NULL, 10) : 100000;
+    printf("building, on one thread: millions of primitives a second for the tree alone and for the whole plan;\n"
+           "bytes a primitive likewise\n");
+    printf("%-9s %9s %9s %9s %9s %9s\n", "shape", "count", "tree M/s", "plan M/s", "tree B", "plan B");
+    for_each_size(largest, false);
+    printf("\nsearching: ns a ray\n%-9s %9s %9s", "shape", "count", "kernel");
+    for (int sort = 0; sort < BENCH_RAY_SORTS; sort++)
+        printf(" %9s", bench_ray_names[sort]);
+    printf("\n");
+    for_each_size(largest, true);
+    return 0;
+}
