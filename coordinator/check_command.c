@@ -60,7 +60,7 @@ static void print_features(const struct plan *plan)
 static void print_needs(const char *path, const struct scene *scene, const struct asset_set *assets)
 {
     const struct trace_settings settings = {scene->width, scene->height, scene->samples ? scene->samples : 1};
-    struct plan *plan = plan_create(scene, &settings);
+    struct plan *plan = plan_create(scene, &settings, 1);
     size_t bytes = 0;
     for (size_t i = 0; i < assets->count; i++)
         bytes += assets->assets[i].bytes.size;

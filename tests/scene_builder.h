@@ -229,7 +229,7 @@ static inline struct vec3 *scene_render(const struct scene *scene, const struct 
 {
     struct trace_settings settings = settings_of(scene);
     struct ray_counts ignored = {0};
-    struct plan *plan = plan_create(scene, &settings);
+    struct plan *plan = plan_create(scene, &settings, 1);
     struct tracer *tracer = tracer_create(plan, kernel);
     struct vec3 *pixels = memory_array((size_t)scene->width * scene->height, sizeof *pixels);
     for (uint32_t y = 0; y < scene->height; y++)

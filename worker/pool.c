@@ -150,11 +150,11 @@ static void complete_band(struct pool *pool, struct band *band)
 
 /* --- render threads --------------------------------------------------------------------------------------- */
 
-static void load_job(struct pool_job *job, struct error *error)
+static void load_job(struct pool_job *job, int threads, struct error *error)
 {
     job->loaded = scene_load(&job->scene, job->name, &job->assets, error) == STATUS_OK;
     if (job->loaded)
-        job->plan = plan_create(&job->scene, &job->settings);
+        job->plan = plan_create(&job->scene, &job->settings, threads);
     asset_set_finish(&job->assets);
 }
 
@@ -169,7 +169,7 @@ static bool run_loading(struct pool *pool)
     use_job(job);
     struct pool_outcome outcome = {.job = job->number};
     pthread_mutex_unlock(&pool->mutex);
-    load_job(job, &outcome.error);
+    load_job(job, pool->thread_count, &outcome.error);
     pthread_mutex_lock(&pool->mutex);
     job->loading = LOADING_DONE;
     outcome.kind = job->loaded ? POOL_LOADED : POOL_LOAD_FAILED;

@@ -26,6 +26,16 @@ void *memory_array(size_t count, size_t size)
     return block;
 }
 
+void *memory_aligned(size_t count, size_t size, size_t alignment)
+{
+    if (count > SIZE_MAX / size)
+        out_of_memory(count, size);
+    void *block = aligned_alloc(alignment, count ? count * size : size);
+    if (!block)
+        out_of_memory(count, size);
+    return block;
+}
+
 void *memory_resize(void *block, size_t count, size_t size)
 {
     if (size != 0 && count > SIZE_MAX / size)

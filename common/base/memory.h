@@ -10,6 +10,9 @@
 /* count * size bytes, zeroed; never NULL (one byte is allocated for an empty array). The caller frees. */
 void *memory_array(size_t count, size_t size);
 
+/* The same, not zeroed, at a multiple of `alignment`: a power of two that divides size. */
+void *memory_aligned(size_t count, size_t size, size_t alignment);
+
 /* Resizes block (or NULL) to count * size bytes; what is beyond the old size is not initialised.
  * Returns the block, which may have moved; the caller frees. */
 void *memory_resize(void *block, size_t count, size_t size);

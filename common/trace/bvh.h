@@ -1,10 +1,10 @@
 /*
- * A bounding-volume hierarchy over a plan's primitives.
+ * A bounding-volume hierarchy over a plan's primitives, eight children a node.
  *
- * Boxes are floats, relative to the camera, rounded outward and then grown by GROWTH of the tree's extent: so much
- * that no rounding in a primitive's own test can put a hit outside its box, for rays that start within the extent.
- * What a ray hits therefore does not depend on the tree. Planes, and primitives that dwarf the rest, stay outside
- * it.
+ * Boxes are floats, relative to the camera, and grown by GROWTH of the tree's extent: more than their rounding to
+ * float, and so much that no rounding in a primitive's own test can put a hit outside its box, for rays that start
+ * within the extent. What a ray hits therefore does not depend on the tree. Planes, and a few primitives that dwarf
+ * the rest, stay outside it: a giant would stretch the extent, and so every box.
  */
 #ifndef WEFT_TRACE_BVH_H
 #define WEFT_TRACE_BVH_H
@@ -14,26 +14,35 @@
 
 struct plan;
 
-/* A leaf holds ids[first..first + count − 1]; an inner node (count 0) has its children at first and first + 1. */
-struct bvh_node {
-    float low[3], high[3];
-    uint32_t first, count;
+enum {
+    BVH_WIDTH = 8,
+    BVH_DEPTH_MAX = 32,                                 /* nodes on the way from the root to a leaf */
+    BVH_STACK_MAX = BVH_DEPTH_MAX * (BVH_WIDTH - 1) + 1, /* nodes that a walk may have to come back to */
 };
 
+/* Eight children as a structure of arrays. count[i] == 0: child[i] is a node, or, with low > high, there is none.
+ * Otherwise a leaf: primitives child[i] .. child[i] + count[i] − 1 of the plan's array of kind kind[i]. */
+struct bvh_node {
+    _Alignas(64) float low[3][BVH_WIDTH];
+    float high[3][BVH_WIDTH];
+    uint32_t child[BVH_WIDTH];
+    uint8_t count[BVH_WIDTH], kind[BVH_WIDTH];
+};
+
+/* All zero is empty. */
 struct bvh {
     struct bvh_node *nodes; /* nodes[0] is the root, if there is any */
     size_t node_count;
-    uint32_t *ids; /* primitives, leaf by leaf */
-    size_t id_count;
     uint32_t *loose; /* primitives outside the tree, rising */
     size_t loose_count;
+    double extent; /* the farthest coordinate of all boxes */
 };
 
-enum { BVH_DEPTH_MAX = 64 };
-
-/* Builds the tree of the plan's primitives: binned surface area heuristic (Wald, "On fast Construction of SAH-based
- * Bounding Volume Hierarchies", 2007). bvh is empty before; bvh_finish frees it. */
-void bvh_build(struct bvh *bvh, const struct plan *plan);
+/* Builds the tree of the plan's primitives by the surface area heuristic, on up to `threads` threads; the result does
+ * not depend on how many. bvh is empty before; bvh_finish frees it. `order` receives the numbers of all
+ * plan.primitive_count primitives in the order of the tree's leaves, then those outside it. The leaves' indices hold
+ * once each of the plan's typed arrays is in that order (plan_order). */
+void bvh_build(struct bvh *bvh, const struct plan *plan, uint32_t *order, int threads);
 void bvh_finish(struct bvh *bvh);
 
 #endif

@@ -1,27 +1,32 @@
 /*
- * Where a ray meets each kind of primitive: scalar, in double, in the numerically stable forms.
+ * What rays are intersected with, and what comes of it. The arithmetic is in intersect_round.h (sphere, ellipsoid,
+ * frustum) and intersect_flat.h (plane, disc, box, triangle).
  *
- * Every primitive is given in coordinates relative to the camera. Solids are intersected as intervals (the quadric's
- * interval and the slab's), so that no ray slips through between side and cap. Discriminants come from forms whose error
- * grows as the distance and not as its square: from the point nearest to the solid, or by Lagrange's identity
- * |o|²|d|² − (o · d)² = |o × d|².
+ * Every primitive is given in coordinates relative to the camera. Solids are intersected as intervals (the
+ * quadric's interval and the slab's), so that no ray slips through between side and cap. Discriminants come from
+ * forms whose error grows as the distance and not as its square: from the point nearest to the solid, or by
+ * Lagrange's identity |o|²|d|² − (o · d)² = |o × d|².
+ *
+ * There is one source for one ray and for lanes of rays: inline functions of doubles alone, without branches. Both
+ * sides of a choice are computed and one is selected, conditions are joined by & and |, and what does not exist is NaN.
+ * So a loop over rays vectorises at any width, and every width rounds alike.
  */
 #ifndef WEFT_TRACE_INTERSECT_H
 #define WEFT_TRACE_INTERSECT_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "math/transform.h"
 #include "math/vec3.h"
+#include "trace/ray.h"
 
-/* The roots of a ray with one primitive. */
-enum { SPAN_ENTER = 1, SPAN_LEAVE = 2 };
-
-struct span {
-    double enter, leave; /* any sign; meaningful if the root's bit is set */
-    uint8_t roots;       /* SPAN_ENTER | SPAN_LEAVE */
-    uint8_t enter_part, leave_part;
+/* Where a ray enters and leaves a primitive, as its parameter, of any sign: enter <= leave where there are both, NaN
+ * where there is none. A flat primitive is entered at the front or left at the back. An infinite root is none
+ * either: t_min < t < t_max is false for it. */
+struct roots {
+    double enter, leave;
 };
 
 /* The pieces of a primitive's surface. */
@@ -74,33 +79,53 @@ struct triangle {
     struct plane plane;
 };
 
-struct triangle triangle_make(struct vec3 a, struct vec3 b, struct vec3 c);
-
-/* What the triangle test needs of a ray: its largest direction axis z, the other two in an order that keeps
- * the winding, and the shear that makes the direction (0, 0, 1). */
+/* What the triangle test needs of a ray: the direction's largest axis, 0..2, which changes places with z; how far the
+ * ray runs along x and y for a step along it; and −1 where that turns the winding over, else 1. */
 struct shear {
-    uint8_t x, y, z;
-    double sx, sy, sz;
+    double axis, x, y, winding;
 };
 
-struct span sphere_span(const struct sphere *sphere, struct vec3 origin, struct vec3 direction);
-struct span ellipsoid_span(const struct ellipsoid *ellipsoid, struct vec3 origin, struct vec3 direction);
-struct span plane_span(const struct plane *plane, struct vec3 origin, struct vec3 direction);
-struct span disc_span(const struct disc *disc, struct vec3 origin, struct vec3 direction);
-struct span frustum_span(const struct frustum *frustum, struct vec3 origin, struct vec3 direction);
-struct span box_span(const struct box *box, struct vec3 origin, struct vec3 direction);
+struct triangle triangle_make(struct vec3 a, struct vec3 b, struct vec3 c);
 
-struct shear shear_of(struct vec3 direction);
-
-/* Watertight (Woop, Benthin and Wald, JCGT 2(1), 2013), but for t, which comes from the plane: weights of a
- * needle's corners are far less exact than its plane, and flat faces in one plane get equal t. Two triangles
- * that share an edge leave no gap and no overlap, because each edge's sign comes from one difference of products
- * of the same numbers, and where that is zero from the direction in which the edge runs. */
-struct span triangle_span(const struct triangle *triangle, struct vec3 origin, struct vec3 direction,
-                          const struct shear *shear);
+/* The piece of the surface at that root of the ray, which it has. */
+uint8_t box_part(const struct box *box, struct vec3 origin, struct vec3 direction, enum side side);
+uint8_t frustum_part(const struct frustum *frustum, struct vec3 origin, struct vec3 direction, enum side side);
 
 /* The barycentric weights (of a, b, c; not negative, sum 1 to rounding) of the point where the ray meets the
  * triangle, which it does. */
 struct vec3 triangle_weights(const struct triangle *triangle, struct vec3 origin, const struct shear *shear);
+
+/* --- intervals -------------------------------------------------------------------------------------------- */
+
+/* A part of the ray, empty if low > high or one of them is NaN. */
+struct interval {
+    double low, high;
+};
+
+static inline struct interval interval_shifted(struct interval interval, double by)
+{
+    return (struct interval){interval.low + by, interval.high + by};
+}
+
+/* The common part; NaN in a goes on to the result, but not from b. */
+static inline struct interval interval_cut(struct interval a, struct interval b)
+{
+    return (struct interval){b.low > a.low ? b.low : a.low, b.high < a.high ? b.high : a.high};
+}
+
+static inline struct roots interval_ends(struct interval interval)
+{
+    bool some = interval.low <= interval.high;
+    return (struct roots){some ? interval.low : NAN, some ? interval.high : NAN};
+}
+
+/* Where low <= o + t d <= high. */
+static inline struct interval interval_of_slab(double o, double d, double low, double high)
+{
+    double t0 = (low - o) / d, t1 = (high - o) / d;
+    double along = ((o >= low) & (o <= high)) ? INFINITY : -INFINITY; /* for a ray that runs along it */
+    double first = d > 0 ? t0 : t1, last = d > 0 ? t1 : t0;
+    return (struct interval){d == 0 ? -along : first, d == 0 ? along : last};
+}
 
 #endif

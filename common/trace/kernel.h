@@ -13,7 +13,7 @@ struct crossing {
     double t;
     uint32_t ray; /* index in the batch */
     uint32_t id;
-    uint8_t side, part;
+    uint8_t side;
 };
 
 /* All zero is empty; crossing_list_finish frees it. */
@@ -24,6 +24,9 @@ struct crossing_list {
 
 void crossing_list_finish(struct crossing_list *list);
 void crossing_list_push(struct crossing_list *list, const struct crossing *crossing);
+
+/* How many crossings from items[start] on are of that ray. */
+size_t crossing_list_run(const struct crossing_list *list, size_t start, uint32_t ray);
 
 struct kernel {
     const char *name;
@@ -37,16 +40,16 @@ struct kernel {
                    struct crossing_list *crossings);
 };
 
-/* The kernel of that name ("ref"), or NULL if there is none or this machine cannot run it. */
+/* The kernel of that name (ref, sse2, avx2, avx512, neon), or NULL if there is none or this machine cannot run it. */
 const struct kernel *kernel_find(const char *name);
 
 /* The fastest that this machine can run. */
 const struct kernel *kernel_default(void);
 
-/* Kernel i of those that this machine can run, or NULL beyond the last: for tests and lists. */
+/* Kernel i of those that this machine can run, slowest first, or NULL beyond the last: for tests and lists. */
 const struct kernel *kernel_at(size_t index);
 
-/* Scalar, brute force: the oracle. */
+/* Scalar, one ray at a time: the oracle. */
 extern const struct kernel kernel_ref;
 
 #endif

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "scene/model.h"
+#include "trace/ahead.h"
 #include "trace/bvh.h"
 #include "trace/intersect.h"
 
@@ -52,7 +53,6 @@ struct plan_object {
 struct plan_mesh {
     struct vec3 *normals;
     const double *uv; /* borrowed from the scene */
-    uint32_t first_triangle;
     const uint32_t *index; /* borrowed from the scene: corners a, b, c of each triangle */
     bool mirrored;         /* the transform turned the winding over: the plan's triangles are a, c, b */
 };
@@ -119,7 +119,8 @@ struct plan {
     struct frustum *frustums;
     struct box *boxes;
     struct triangle *triangles;
-    size_t count[PRIMITIVE_KINDS]; /* of each kind */
+    size_t count[PRIMITIVE_KINDS];  /* of each kind */
+    uint32_t *ids[PRIMITIVE_KINDS]; /* of each kind's elements, which are in the order of the tree's leaves */
 
     struct bvh bvh; /* empty where there are too few primitives for one */
 
@@ -135,10 +136,12 @@ struct plan {
     size_t camera_media_count;
 
     bool needs_footprints; /* some texture or background is filtered */
+    bool walls_may_touch;  /* of two dielectrics: boundary.h is needed */
 };
 
-/* Compiles a valid scene, which must outlive the plan and stay unchanged. Never fails on a valid scene. */
-struct plan *plan_create(const struct scene *scene, const struct trace_settings *settings);
+/* Compiles a valid scene, which must outlive the plan and stay unchanged, on up to `threads` threads; the plan does not
+ * depend on how many. Never fails on a valid scene. */
+struct plan *plan_create(const struct scene *scene, const struct trace_settings *settings, int threads);
 
 /* Frees *plan and sets it to NULL; *plan may be NULL. */
 void plan_destroy(struct plan **plan);
@@ -147,15 +150,27 @@ void plan_destroy(struct plan **plan);
  * rounding makes of them, far below what can be seen. */
 #define COINCIDENCE 0x1p-40
 
+/* The share of its distance by which a root is moved along that leaves the primitive. */
+static inline double primitive_leave_share(const struct primitive *primitive)
+{
+    return primitive->blocks_light ? 0 : COINCIDENCE;
+}
+
+/* What a ray that goes into primitive `id` meets behind its surface. */
+enum wall plan_wall(const struct plan *plan, uint32_t id);
+
 /* The roots of a ray with primitive `id`; `shear` is shear_of(direction).
  *
  * Where a ray leaves what lets light through is taken to be farther along by plan_leave_delay. So where glass stands
  * on a floor or on other glass, the ray meets the other surface before it leaves, whichever way rounding would have
  * it: without a rule, every pixel would decide anew. */
-struct span plan_span(const struct plan *plan, uint32_t id, struct vec3 origin, struct vec3 direction,
-                      const struct shear *shear);
+struct roots plan_roots(const struct plan *plan, uint32_t id, struct vec3 origin, struct vec3 direction,
+                        const struct shear *shear);
 
-/* What plan_span adds to a leaving root at t, to within COINCIDENCE of itself. */
+/* What plan_roots adds to a leaving root at t, to within COINCIDENCE of itself. */
 double plan_leave_delay(const struct plan *plan, uint32_t id, struct vec3 origin, double t);
+
+/* The piece of the primitive's surface at that root of the ray, as intersect.h numbers them. */
+uint8_t plan_part(const struct plan *plan, uint32_t id, struct vec3 origin, struct vec3 direction, enum side side);
 
 #endif

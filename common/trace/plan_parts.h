@@ -7,6 +7,18 @@
 /* Fills the plan's primitives, objects and meshes. The plan's eye and materials must be set. */
 void plan_primitives_build(struct plan *plan, const struct scene *scene);
 
+/* Brings the plan's typed arrays into the order of these primitive numbers, all of them once; NULL: leaves them as they
+ * are, rising. Fills plan.ids. */
+void plan_order(struct plan *plan, const uint32_t *order);
+
+/* Whether boxes around two dielectric objects overlap, where what is nearer than COINCIDENCE touches. The plan's
+ * primitives must be set. */
+bool plan_walls_may_touch(const struct plan *plan);
+
+/* Brings the plan's typed arrays into the order of these primitive numbers, all of them once; NULL: leaves them as they
+ * are, rising. Fills plan.ids. */
+void plan_order(struct plan *plan, const uint32_t *order);
+
 /* The texture as this object wears it, in coordinates relative to the eye. */
 struct plan_texture plan_texture_compile(const struct texture *texture, const struct object *object,
                                          struct vec3 eye);

@@ -175,7 +175,6 @@ static void add_mesh(struct plan *plan, uint32_t object, const struct shape *sha
     struct plan_mesh *to = &plan->meshes[plan->mesh_count];
     plan->objects[object].mesh = (uint32_t)plan->mesh_count++;
     *to = (struct plan_mesh){.uv = mesh->uv, .index = mesh->index,
-                             .first_triangle = (uint32_t)plan->count[PRIMITIVE_TRIANGLE],
                              .mirrored = mat3_determinant(&at->world.linear) < 0};
     add_mesh_normals(to, mesh, at);
     for (size_t i = 0; i < mesh->triangle_count; i++) {

@@ -85,7 +85,7 @@ struct digest proof_render(const struct kernel *kernel)
     assert(status == STATUS_OK);
     (void)status;
     const struct trace_settings settings = {PROOF_SIDE, PROOF_SIDE, PROOF_SAMPLES};
-    struct plan *plan = plan_create(&scene, &settings);
+    struct plan *plan = plan_create(&scene, &settings, 1);
     struct digest digest = digest_picture(plan, kernel);
     plan_destroy(&plan);
     scene_finish(&scene);

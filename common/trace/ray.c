@@ -1,41 +1,60 @@
 #include "trace/ray.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 
-static void ray_batch_resize(struct ray_batch *b, size_t capacity)
+enum { ALIGNMENT = 64 };
+
+static size_t in_packets(size_t count)
 {
-    for (int axis = 0; axis < 3; axis++) {
-        b->origin[axis] = memory_resize(b->origin[axis], capacity, sizeof *b->origin[axis]);
-        b->direction[axis] = memory_resize(b->direction[axis], capacity, sizeof *b->direction[axis]);
-    }
-    b->t_min = memory_resize(b->t_min, capacity, sizeof *b->t_min);
-    b->t_max = memory_resize(b->t_max, capacity, sizeof *b->t_max);
-    b->key_min = memory_resize(b->key_min, capacity, sizeof *b->key_min);
-    b->from = memory_resize(b->from, capacity, sizeof *b->from);
-    b->departure = memory_resize(b->departure, capacity, sizeof *b->departure);
-    b->capacity = capacity;
+    return (count + PACKET_RAYS - 1) / PACKET_RAYS * PACKET_RAYS;
+}
+
+/* Moves the first `kept` values to a larger array, whose others are 0. */
+static void grow_lanes(double **lanes, size_t kept, size_t capacity)
+{
+    double *grown = memory_aligned(capacity * sizeof *grown / ALIGNMENT, ALIGNMENT, ALIGNMENT);
+    memset(grown, 0, capacity * sizeof *grown);
+    if (kept > 0)
+        memcpy(grown, *lanes, kept * sizeof *grown);
+    free(*lanes);
+    *lanes = grown;
+}
+
+enum { RAY_ARRAYS = 11 };
+
+static void list_arrays(struct ray_batch *b, double **arrays[RAY_ARRAYS])
+{
+    double **const all[RAY_ARRAYS] = {&b->origin[0], &b->origin[1], &b->origin[2], &b->direction[0], &b->direction[1],
+                                      &b->direction[2], &b->t_min, &b->t_max, &b->key_min, &b->from, &b->inward};
+    memcpy(arrays, all, sizeof all);
+}
+
+void ray_batch_reserve(struct ray_batch *b, size_t capacity)
+{
+    if (capacity <= b->capacity)
+        return;
+    double **arrays[RAY_ARRAYS];
+    list_arrays(b, arrays);
+    b->capacity = in_packets(capacity > 2 * b->capacity ? capacity : 2 * b->capacity);
+    for (int i = 0; i < RAY_ARRAYS; i++)
+        grow_lanes(arrays[i], b->count, b->capacity);
 }
 
 void ray_batch_finish(struct ray_batch *b)
 {
-    for (int axis = 0; axis < 3; axis++) {
-        free(b->origin[axis]);
-        free(b->direction[axis]);
-    }
-    free(b->t_min);
-    free(b->t_max);
-    free(b->key_min);
-    free(b->from);
-    free(b->departure);
+    double **arrays[RAY_ARRAYS];
+    list_arrays(b, arrays);
+    for (int i = 0; i < RAY_ARRAYS; i++)
+        free(*arrays[i]);
     *b = (struct ray_batch){0};
 }
 
 void ray_batch_push(struct ray_batch *b, const struct ray *ray)
 {
-    if (b->count == b->capacity)
-        ray_batch_resize(b, b->capacity ? 2 * b->capacity : 256);
+    ray_batch_reserve(b, b->count + 1);
     size_t i = b->count++;
     b->origin[0][i] = ray->origin.x;
     b->origin[1][i] = ray->origin.y;
@@ -45,9 +64,9 @@ void ray_batch_push(struct ray_batch *b, const struct ray *ray)
     b->direction[2][i] = ray->direction.z;
     b->t_min[i] = ray->t_min;
     b->t_max[i] = ray->t_max;
-    b->key_min[i] = ray->key_min;
-    b->from[i] = ray->from;
-    b->departure[i] = ray->departure;
+    b->key_min[i] = (double)ray->key_min;
+    b->from[i] = ray->from == PRIMITIVE_NONE ? LANE_FROM_NONE : ray->from;
+    b->inward[i] = ray->departure == DEPART_INWARD;
 }
 
 struct ray ray_batch_get(const struct ray_batch *b, size_t i)
@@ -57,18 +76,16 @@ struct ray ray_batch_get(const struct ray_batch *b, size_t i)
         .direction = {b->direction[0][i], b->direction[1][i], b->direction[2][i]},
         .t_min = b->t_min[i],
         .t_max = b->t_max[i],
-        .key_min = b->key_min[i],
-        .from = b->from[i],
-        .departure = b->departure[i],
+        .key_min = b->key_min[i] == LANE_KEY_NONE ? KEY_NONE : (uint64_t)b->key_min[i],
+        .from = b->from[i] == LANE_FROM_NONE ? PRIMITIVE_NONE : (uint32_t)b->from[i],
+        .departure = b->inward[i] != 0 ? DEPART_INWARD : DEPART_OUTWARD,
     };
 }
 
 void hit_batch_finish(struct hit_batch *b)
 {
     free(b->t);
-    free(b->id);
-    free(b->side);
-    free(b->part);
+    free(b->key);
     *b = (struct hit_batch){0};
 }
 
@@ -76,11 +93,9 @@ void hit_batch_reserve(struct hit_batch *b, size_t capacity)
 {
     if (capacity <= b->capacity)
         return;
-    b->t = memory_resize(b->t, capacity, sizeof *b->t);
-    b->id = memory_resize(b->id, capacity, sizeof *b->id);
-    b->side = memory_resize(b->side, capacity, sizeof *b->side);
-    b->part = memory_resize(b->part, capacity, sizeof *b->part);
-    b->capacity = capacity;
+    b->capacity = in_packets(capacity);
+    grow_lanes(&b->t, 0, b->capacity);
+    grow_lanes(&b->key, 0, b->capacity);
 }
 
 void path_batch_finish(struct path_batch *b)

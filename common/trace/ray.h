@@ -38,31 +38,51 @@ struct ray {
     uint8_t departure;
 };
 
-/* Arrays of `capacity` rays, of which `count` are in use. All zero is empty. */
+/* Rays travel through kernels in packets of so many. */
+enum { PACKET_RAYS = 64 };
+
+/* Structure of arrays, each 64-byte aligned; `capacity` is a multiple of PACKET_RAYS, and what lies beyond `count` may
+ * be read. All is double, so that loops over rays have lanes of one width; ids and keys are exact. All zero is
+ * empty. */
 struct ray_batch {
     size_t count, capacity;
     double *origin[3], *direction[3];
     double *t_min, *t_max;
-    uint64_t *key_min;
-    uint32_t *from;
-    uint8_t *departure;
+    double *key_min; /* LANE_KEY_NONE for KEY_NONE */
+    double *from;    /* LANE_FROM_NONE for PRIMITIVE_NONE */
+    double *inward;  /* 1 for DEPART_INWARD, else 0 */
 };
 
+#define LANE_KEY_NONE 0x1p64
+#define LANE_FROM_NONE (-1.0)
+
 void ray_batch_finish(struct ray_batch *batch);
+void ray_batch_reserve(struct ray_batch *batch, size_t capacity);
 void ray_batch_push(struct ray_batch *batch, const struct ray *ray);
 struct ray ray_batch_get(const struct ray_batch *batch, size_t index);
 
-/* What each ray of a batch hit. */
+/* What each ray of a batch hit: t and the hit's key, LANE_HIT_NONE if nothing (t is then the ray's t_max). Arrays as in
+ * ray_batch. */
 struct hit_batch {
     size_t capacity;
-    double *t;
-    uint32_t *id;  /* PRIMITIVE_NONE: nothing */
-    uint8_t *side; /* enum side */
-    uint8_t *part; /* which piece of the primitive's surface, as in intersect.h */
+    double *t, *key;
 };
+
+#define LANE_HIT_NONE (-1.0)
 
 void hit_batch_finish(struct hit_batch *batch);
 void hit_batch_reserve(struct hit_batch *batch, size_t capacity);
+
+/* The primitive that ray `index` hit, or PRIMITIVE_NONE, and on which side. */
+static inline uint32_t hit_batch_id(const struct hit_batch *hits, size_t index)
+{
+    return hits->key[index] < 0 ? PRIMITIVE_NONE : (uint32_t)((uint64_t)hits->key[index] >> 1);
+}
+
+static inline enum side hit_batch_side(const struct hit_batch *hits, size_t index)
+{
+    return (uint64_t)hits->key[index] & 1 ? SIDE_LEAVE : SIDE_ENTER;
+}
 
 /* --- paths: camera rays and what becomes of them ---------------------------------------------------------- */
 

@@ -1,33 +1,10 @@
 #include "trace/shade.h"
 
 #include <math.h>
-#include <stdlib.h>
 
-#include "base/memory.h"
 #include "math/elementary.h"
 #include "trace/light.h"
 #include "trace/optics.h"
-
-void shadow_batch_finish(struct shadow_batch *batch)
-{
-    ray_batch_finish(&batch->rays);
-    free(batch->radiance);
-    free(batch->owner);
-    *batch = (struct shadow_batch){0};
-}
-
-static void shadow_batch_push(struct shadow_batch *batch, const struct ray *ray, struct vec3 radiance, uint32_t owner)
-{
-    size_t i = batch->rays.count;
-    ray_batch_push(&batch->rays, ray);
-    if (batch->capacity < batch->rays.capacity) {
-        batch->capacity = batch->rays.capacity;
-        batch->radiance = memory_resize(batch->radiance, batch->capacity, sizeof *batch->radiance);
-        batch->owner = memory_resize(batch->owner, batch->capacity, sizeof *batch->owner);
-    }
-    batch->radiance[i] = radiance;
-    batch->owner[i] = owner;
-}
 
 /* Where the path's last bend lies on the ray: a path that went straight through a surface keeps its ray. */
 static double segment_start(const struct ray *ray)
@@ -67,6 +44,19 @@ void shading_init(struct shading *shading, const struct plan *plan, const struct
     shading->shading_normal = inside ? vec3_neg(shading->surface.shading_normal) : shading->surface.shading_normal;
     if (vec3_dot(shading->shading_normal, path->ray.direction) > 0)
         shading->shading_normal = shading->normal;
+    shading->walls = NULL;
+    shading->wall_count = 0;
+    shading->boundary_depth = 0;
+}
+
+/* The true places of the walls are within 3/2 windows of one another along the ray; the rest is for rounding. */
+void shading_set_boundary(struct shading *shading, const struct crossing *walls, size_t count)
+{
+    const struct ray *ray = &shading->path.ray;
+    double cosine = fabs(vec3_dot(ray->direction, shading->surface.normal));
+    shading->walls = walls;
+    shading->wall_count = count;
+    shading->boundary_depth = 2 * boundary_window(ray->origin, shading->hit.t) * cosine;
 }
 
 struct vec3 shading_ambient(const struct plan *plan, const struct shading *shading)
@@ -79,7 +69,7 @@ struct vec3 shading_ambient(const struct plan *plan, const struct shading *shadi
 static struct ray departing_ray(const struct shading *shading, struct vec3 direction, enum departure departure)
 {
     double cosine = fabs(vec3_dot(direction, shading->surface.normal));
-    double error = cosine > 0 ? shading->surface.error / cosine : shading->surface.error;
+    double depth = shading->surface.error + shading->boundary_depth, error = cosine > 0 ? depth / cosine : depth;
     return (struct ray){
         .origin = shading->surface.position,
         .direction = direction,
@@ -112,7 +102,7 @@ void shading_push_shadows(const struct plan *plan, const struct shading *shading
             continue;
         struct ray ray = departing_ray(shading, arrival.direction, departure_to(shading, true));
         ray.t_max = arrival.distance * (1 - COINCIDENCE) - ray.t_min; /* a surface with the light on it is not met */
-        shadow_batch_push(shadows, &ray, vec3_mul(radiance, arrival.strength), owner);
+        shadow_batch_push(shadows, &ray, vec3_mul(radiance, arrival.strength), owner, shading->path.medium);
     }
 }
 
@@ -149,20 +139,34 @@ static void push_mirrored(const struct shading *shading, struct vec3 share, stru
     push_child(children, &child);
 }
 
+/* The wall of the shading's boundary that the ray meets last. */
+static struct crossing last_wall(const struct shading *shading)
+{
+    struct crossing last = {.t = shading->hit.t, .id = shading->hit.id, .side = (uint8_t)shading->hit.side};
+    for (size_t i = 0; i < shading->wall_count; i++) {
+        const struct crossing *wall = &shading->walls[i];
+        bool same = wall->t == last.t;
+        if (same ? hit_key(wall->id, wall->side) > hit_key(last.id, last.side) : wall->t > last.t)
+            last = *wall;
+    }
+    return last;
+}
+
 /* Straight on along the same ray, whose next hit must only come after this one. */
 static void push_straight(const struct shading *shading, struct vec3 share, uint32_t medium,
                           struct path_batch *children)
 {
     struct path child = shading->path;
-    child.ray.t_min = shading->hit.t;
-    child.ray.key_min = hit_key(shading->hit.id, shading->hit.side);
+    struct crossing last = last_wall(shading);
+    child.ray.t_min = last.t;
+    child.ray.key_min = hit_key(last.id, last.side);
     child.throughput = vec3_mul(shading->path.throughput, share);
     child.medium = medium;
     push_child(children, &child);
 }
 
-/* Refracted about `normal`. Walls of other solids that coincide with this one are met, so that the path leaves the one
- * as it enters the other. */
+/* Refracted about `normal`. Other surfaces that coincide with the boundary are met, so that glass does not hide what
+ * lies on it; its own walls are passed by boundary_batch_pass_start. */
 static void push_refracted(const struct shading *shading, const struct refraction *refraction, struct vec3 normal,
                            struct vec3 share, uint32_t medium, struct path_batch *children)
 {
@@ -195,12 +199,35 @@ static double medium_ior(const struct plan *plan, const struct medium_pool *medi
     return plan->materials[plan->objects[medium_top(media, medium)].material].ior;
 }
 
-/* Whether the path has met, within the error of its start, a wall that it crossed just there: one that coincides with
- * the wall at which it was refracted. */
-static bool is_crossed_already(const struct shading *shading, const struct medium_pool *media, uint32_t object)
+static uint32_t medium_behind(const struct plan *plan, struct medium_pool *media, uint32_t medium, uint32_t wall,
+                              enum side side)
 {
-    bool enters = shading->hit.side == SIDE_ENTER;
-    return shading->hit.t <= -shading->path.ray.t_min && medium_holds(media, shading->path.medium, object) == enters;
+    uint32_t object = plan->primitives[wall].object;
+    return side == SIDE_ENTER ? medium_push(media, medium, object) : medium_remove(media, medium, object);
+}
+
+/* What a path is in behind all walls of the boundary. */
+static uint32_t medium_beyond(const struct plan *plan, const struct shading *shading, struct medium_pool *media)
+{
+    uint32_t medium = shading->path.medium;
+    if (shading->wall_count == 0)
+        return medium_behind(plan, media, medium, shading->hit.id, shading->hit.side);
+    for (size_t i = 0; i < shading->wall_count; i++)
+        medium = medium_behind(plan, media, medium, shading->walls[i].id, shading->walls[i].side);
+    return medium;
+}
+
+/* What the boundary's walls together take from what passes them. */
+static struct vec3 boundary_filter(const struct plan *plan, const struct shading *shading)
+{
+    if (shading->wall_count == 0)
+        return shading->material->filter;
+    struct vec3 product = {1, 1, 1};
+    for (size_t i = 0; i < shading->wall_count; i++) {
+        const struct plan_object *object = &plan->objects[plan->primitives[shading->walls[i].id].object];
+        product = vec3_mul(product, plan->materials[object->material].filter);
+    }
+    return product;
 }
 
 /* The normal to refract about: the shading normal, or the geometric one where that would leave the ray on its side. */
@@ -213,20 +240,15 @@ static struct vec3 refracting_normal(const struct shading *shading, double ior_h
     return shading->normal;
 }
 
-/* The boundary of a dielectric: between what the path is in now and what it would be in beyond. */
+/* The boundary of dielectrics: between what the path is in now and what it would be in beyond. */
 static void push_dielectric(const struct plan *plan, const struct shading *shading, struct medium_pool *media,
                             struct path_batch *children)
 {
-    uint32_t object = plan->primitives[shading->hit.id].object, here = shading->path.medium;
-    if (is_crossed_already(shading, media, object)) {
-        push_straight(shading, vec3_make(1, 1, 1), here, children);
-        return;
-    }
-    uint32_t beyond = shading->hit.side == SIDE_ENTER ? medium_push(media, here, object)
-                                                      : medium_remove(media, here, object);
+    uint32_t here = shading->path.medium, beyond = medium_beyond(plan, shading, media);
+    struct vec3 filter = boundary_filter(plan, shading);
     double ior_here = medium_ior(plan, media, here), ior_beyond = medium_ior(plan, media, beyond);
     if (ior_here == ior_beyond) {
-        push_straight(shading, shading->material->filter, beyond, children);
+        push_straight(shading, filter, beyond, children);
         return;
     }
     struct vec3 normal = refracting_normal(shading, ior_here, ior_beyond);
@@ -234,8 +256,7 @@ static void push_dielectric(const struct plan *plan, const struct shading *shadi
     double reflectance = refraction.reflectance;
     push_mirrored(shading, vec3_make(reflectance, reflectance, reflectance), children);
     if (reflectance < 1)
-        push_refracted(shading, &refraction, normal, vec3_scale(shading->material->filter, 1 - reflectance), beyond,
-                       children);
+        push_refracted(shading, &refraction, normal, vec3_scale(filter, 1 - reflectance), beyond, children);
 }
 
 void shading_push_children(const struct plan *plan, const struct shading *shading, struct medium_pool *media,

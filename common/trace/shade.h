@@ -4,9 +4,11 @@
 #ifndef WEFT_TRACE_SHADE_H
 #define WEFT_TRACE_SHADE_H
 
+#include "trace/boundary.h"
 #include "trace/medium.h"
 #include "trace/plan.h"
 #include "trace/ray.h"
+#include "trace/shadow.h"
 #include "trace/surface.h"
 
 /* A path that hit something, with all that shading needs. */
@@ -20,20 +22,20 @@ struct shading {
     struct vec3 shading_normal;      /* likewise; not facing away from the path */
     struct vec3 color;               /* of the surface */
     bool needs_footprints;
-};
 
-/* Shadow rays with what their light would add: radiance[i] to hit `owner[i]`, an index of the caller's. */
-struct shadow_batch {
-    struct ray_batch rays;
-    size_t capacity;
-    struct vec3 *radiance;
-    uint32_t *owner;
+    /* The boundary that the hit stands for: its walls in the order of crossing, none if the hit is the only one, and
+     * how far from the surface, on either side, the others may be. */
+    const struct crossing *walls;
+    size_t wall_count;
+    double boundary_depth;
 };
-
-void shadow_batch_finish(struct shadow_batch *batch);
 
 void shading_init(struct shading *shading, const struct plan *plan, const struct medium_pool *media,
                   const struct path *path, const struct hit *hit);
+
+/* Makes the hit, which must be the wall that stands for it, that of a boundary of more than one wall, as in
+ * boundary_batch.walls; they are borrowed. */
+void shading_set_boundary(struct shading *shading, const struct crossing *walls, size_t count);
 
 /* What the surface gives back of the ambient light. */
 struct vec3 shading_ambient(const struct plan *plan, const struct shading *shading);

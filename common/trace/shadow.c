@@ -3,9 +3,35 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/memory.h"
 #include "math/elementary.h"
 #include "trace/optics.h"
 #include "trace/surface.h"
+
+void shadow_batch_finish(struct shadow_batch *batch)
+{
+    ray_batch_finish(&batch->rays);
+    free(batch->radiance);
+    free(batch->owner);
+    free(batch->medium);
+    *batch = (struct shadow_batch){0};
+}
+
+void shadow_batch_push(struct shadow_batch *batch, const struct ray *ray, struct vec3 radiance, uint32_t owner,
+                       uint32_t medium)
+{
+    size_t i = batch->rays.count;
+    ray_batch_push(&batch->rays, ray);
+    if (batch->capacity < batch->rays.capacity) {
+        batch->capacity = batch->rays.capacity;
+        batch->radiance = memory_resize(batch->radiance, batch->capacity, sizeof *batch->radiance);
+        batch->owner = memory_resize(batch->owner, batch->capacity, sizeof *batch->owner);
+        batch->medium = memory_resize(batch->medium, batch->capacity, sizeof *batch->medium);
+    }
+    batch->radiance[i] = radiance;
+    batch->owner[i] = owner;
+    batch->medium[i] = medium;
+}
 
 static int compare_crossings(const void *left, const void *right)
 {
@@ -23,7 +49,8 @@ static struct vec3 surface_factor(const struct plan *plan, const struct ray *ray
 {
     if (!material->dielectric)
         return vec3_scale(material->filter, material->transparency);
-    struct hit hit = {crossing->t, crossing->id, crossing->side, crossing->part};
+    struct hit hit = {crossing->t, crossing->id, crossing->side,
+                      plan_part(plan, crossing->id, ray->origin, ray->direction, crossing->side)};
     struct surface surface = surface_at(plan, ray, &hit);
     struct vec3 normal = crossing->side == SIDE_ENTER ? surface.normal : vec3_neg(surface.normal);
     struct refraction refraction = optics_refraction(ray->direction, normal, 1, material->ior);
@@ -87,20 +114,32 @@ static struct vec3 run_transmittance(const struct plan *plan, const struct ray *
     return product;
 }
 
-void shadow_transmittance(const struct plan *plan, const struct ray_batch *rays, const uint8_t *blocked,
-                          struct crossing_list *crossings, struct vec3 *transmittance)
+/* What the solid that the lit point is in absorbs if the ray crosses no wall of it: the light is in there, too. */
+static struct vec3 absorbed_around(const struct plan *plan, const struct medium_pool *media, uint32_t medium,
+                                   const struct ray *ray, const struct crossing *run, size_t count)
 {
-    for (size_t i = 0; i < rays->count; i++)
-        transmittance[i] = blocked[i] ? vec3_make(0, 0, 0) : vec3_make(1, 1, 1);
+    if (medium == MEDIUM_SPACE || ray->t_max == INFINITY)
+        return vec3_make(1, 1, 1);
+    uint32_t object = medium_top(media, medium);
+    for (size_t i = 0; i < count; i++)
+        if (object_of(plan, &run[i]) == object)
+            return vec3_make(1, 1, 1);
+    return absorbed(plan->materials[plan->objects[object].material].absorption, ray->t_max);
+}
+
+void shadow_transmittance(const struct plan *plan, const struct medium_pool *media, const struct shadow_batch *shadows,
+                          const uint8_t *blocked, struct crossing_list *crossings, struct vec3 *transmittance)
+{
     if (crossings->count > 1)
         qsort(crossings->items, crossings->count, sizeof *crossings->items, compare_crossings);
-    for (size_t start = 0, end; start < crossings->count; start = end) {
-        uint32_t index = crossings->items[start].ray;
-        for (end = start; end < crossings->count && crossings->items[end].ray == index; end++)
+    for (size_t i = 0, start = 0, count; i < shadows->rays.count; i++, start += count) {
+        count = crossing_list_run(crossings, start, (uint32_t)i);
+        transmittance[i] = blocked[i] ? vec3_make(0, 0, 0) : vec3_make(1, 1, 1);
+        if (blocked[i] || (count == 0 && shadows->medium[i] == MEDIUM_SPACE))
             continue;
-        if (blocked[index])
-            continue;
-        struct ray ray = ray_batch_get(rays, index);
-        transmittance[index] = run_transmittance(plan, &ray, crossings->items + start, end - start);
+        struct ray ray = ray_batch_get(&shadows->rays, i);
+        const struct crossing *run = crossings->items + start;
+        struct vec3 around = absorbed_around(plan, media, shadows->medium[i], &ray, run, count);
+        transmittance[i] = vec3_mul(around, run_transmittance(plan, &ray, run, count));
     }
 }

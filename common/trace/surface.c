@@ -3,6 +3,8 @@
 #include <float.h>
 #include <math.h>
 
+#include "trace/intersect_flat.h"
+
 /* A piece of quadric F(q) = 0, q = frame (p − origin), by its value, gradient and the diagonal of its matrix of
  * second derivatives: enough for normal, curvature and a Newton step. A face of a solid is the same with second
  * derivatives of zero. */
@@ -90,14 +92,27 @@ static struct implicit implicit_at(const struct plan *plan, const struct hit *hi
     }
 }
 
+struct hit hit_at(const struct plan *plan, const struct ray_batch *rays, const struct hit_batch *hits, size_t index)
+{
+    struct hit hit = {.t = INFINITY, .id = hit_batch_id(hits, index)};
+    if (hit.id == PRIMITIVE_NONE)
+        return hit;
+    hit.t = hits->t[index];
+    hit.side = hit_batch_side(hits, index);
+    struct ray ray = ray_batch_get(rays, index);
+    hit.part = plan_part(plan, hit.id, ray.origin, ray.direction, hit.side);
+    return hit;
+}
+
 static const struct plan_mesh *mesh_of(const struct plan *plan, const struct primitive *primitive)
 {
     return &plan->meshes[plan->objects[primitive->object].mesh];
 }
 
-static const uint32_t *mesh_corners(const struct plan_mesh *mesh, const struct primitive *primitive)
+static const uint32_t *mesh_corners(const struct plan *plan, uint32_t id)
 {
-    return &mesh->index[3 * (size_t)(primitive->index - mesh->first_triangle)];
+    const struct primitive *primitive = &plan->primitives[id];
+    return &mesh_of(plan, primitive)->index[3 * (size_t)(id - plan->objects[primitive->object].first_primitive)];
 }
 
 /* The sum of the corners' normals with these weights. */
@@ -134,7 +149,7 @@ static struct surface triangle_surface(const struct plan *plan, const struct ray
     reach = vec3_max_abs(triangle->c) > reach ? vec3_max_abs(triangle->c) : reach;
     surface.error = 8 * DBL_EPSILON * reach;
     if (mesh->normals)
-        surface.shading_normal = unit_or(blend_normals(mesh, mesh_corners(mesh, primitive), surface.weights),
+        surface.shading_normal = unit_or(blend_normals(mesh, mesh_corners(plan, hit->id), surface.weights),
                                          surface.normal);
     return surface;
 }
@@ -195,7 +210,7 @@ static struct vec3 mesh_normal_change(const struct plan *plan, const struct hit 
     const struct plan_mesh *mesh = mesh_of(plan, primitive);
     if (!mesh->normals)
         return vec3_make(0, 0, 0);
-    const uint32_t *corner = mesh_corners(mesh, primitive);
+    const uint32_t *corner = mesh_corners(plan, hit->id);
     double length = vec3_length(blend_normals(mesh, corner, surface->weights));
     if (length == 0)
         return vec3_make(0, 0, 0);
@@ -241,7 +256,7 @@ static void mesh_texture_point(const struct plan *plan, const struct hit *hit, c
     const struct plan_mesh *mesh = mesh_of(plan, primitive);
     if (!mesh->uv)
         return;
-    const uint32_t *corner = mesh_corners(mesh, primitive);
+    const uint32_t *corner = mesh_corners(plan, hit->id);
     struct vec3 by_x = mesh_weights_change(plan, primitive, point->position_x);
     struct vec3 by_y = mesh_weights_change(plan, primitive, point->position_y);
     const double change_x[3] = {by_x.x, by_x.y, by_x.z}, change_y[3] = {by_y.x, by_y.y, by_y.z};

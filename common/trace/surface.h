@@ -30,6 +30,9 @@ struct surface_footprint {
     struct vec3 normal_x, normal_y;
 };
 
+/* What ray `index` of a batch hit; id is PRIMITIVE_NONE if nothing. */
+struct hit hit_at(const struct plan *plan, const struct ray_batch *rays, const struct hit_batch *hits, size_t index);
+
 /* The surface where the ray meets primitive hit->id at hit->t. */
 struct surface surface_at(const struct plan *plan, const struct ray *ray, const struct hit *hit);
 

@@ -10,6 +10,7 @@
 
 #include "base/memory.h"
 #include "math/elementary.h"
+#include "trace/boundary.h"
 #include "trace/sample.h"
 #include "trace/shade.h"
 #include "trace/shadow.h"
@@ -22,6 +23,7 @@ struct tracer {
     struct medium_pool media;
     struct path_batch paths, children;
     struct hit_batch hits;
+    struct boundary_batch boundaries;
     struct shading *shadings; /* of the paths that hit something, in their order */
     struct vec3 *local;       /* radiance that leaves each of those hits towards its path */
     uint32_t *shading_of;     /* of each path: index into shadings, or UINT32_MAX */
@@ -51,6 +53,7 @@ void tracer_destroy(struct tracer **pointer)
     path_batch_finish(&tracer->paths);
     path_batch_finish(&tracer->children);
     hit_batch_finish(&tracer->hits);
+    boundary_batch_finish(&tracer->boundaries);
     shadow_batch_finish(&tracer->shadows);
     crossing_list_finish(&tracer->crossings);
     free(tracer->shadings);
@@ -149,20 +152,36 @@ static struct vec3 background_radiance(const struct plan *plan, const struct pat
     return background->color[0];
 }
 
+static void find_hits(struct tracer *tracer)
+{
+    const struct plan *plan = tracer->plan;
+    reserve_paths(tracer, tracer->paths.rays.count);
+    tracer->kernel->closest(plan, &tracer->paths.rays, &tracer->hits);
+    boundary_batch_pass_start(&tracer->boundaries, plan, tracer->kernel, &tracer->media, &tracer->paths, &tracer->hits);
+    if (plan->walls_may_touch)
+        boundary_batch_find(&tracer->boundaries, plan, tracer->kernel, &tracer->paths.rays, &tracer->hits);
+}
+
 /* Shades every hit but for the lights, and collects the shadow rays. */
 static void shade_hits(struct tracer *tracer)
 {
     const struct plan *plan = tracer->plan;
+    const struct crossing_list *walls = &tracer->boundaries.walls;
     uint32_t shadings = 0;
+    size_t wall = 0;
     tracer->shadows.rays.count = 0;
     for (size_t i = 0; i < tracer->paths.rays.count; i++) {
         tracer->shading_of[i] = UINT32_MAX;
-        if (tracer->hits.id[i] == PRIMITIVE_NONE)
+        if (hit_batch_id(&tracer->hits, i) == PRIMITIVE_NONE)
             continue;
         struct path path = path_batch_get(&tracer->paths, i);
-        struct hit hit = {tracer->hits.t[i], tracer->hits.id[i], tracer->hits.side[i], tracer->hits.part[i]};
+        struct hit hit = hit_at(plan, &tracer->paths.rays, &tracer->hits, i);
         struct shading *shading = &tracer->shadings[shadings];
         shading_init(shading, plan, &tracer->media, &path, &hit);
+        size_t wall_count = crossing_list_run(walls, wall, (uint32_t)i);
+        if (wall_count > 0)
+            shading_set_boundary(shading, &walls->items[wall], wall_count);
+        wall += wall_count;
         tracer->local[shadings] = shading_ambient(plan, shading);
         shading_push_shadows(plan, shading, shadings, &tracer->shadows);
         tracer->shading_of[i] = shadings++;
@@ -176,7 +195,8 @@ static void add_lights(struct tracer *tracer)
     reserve_shadows(tracer, shadows->rays.count);
     tracer->crossings.count = 0;
     tracer->kernel->shadow(tracer->plan, &shadows->rays, tracer->blocked, &tracer->crossings);
-    shadow_transmittance(tracer->plan, &shadows->rays, tracer->blocked, &tracer->crossings, tracer->transmittance);
+    shadow_transmittance(tracer->plan, &tracer->media, shadows, tracer->blocked, &tracer->crossings,
+                         tracer->transmittance);
     for (size_t i = 0; i < shadows->rays.count; i++) {
         struct vec3 *local = &tracer->local[shadows->owner[i]];
         *local = vec3_add(*local, vec3_mul(shadows->radiance[i], tracer->transmittance[i]));
@@ -217,8 +237,7 @@ static void trace(struct tracer *tracer, struct ray_counts *counts)
     for (uint32_t generation = 0; tracer->paths.rays.count > 0; generation++) {
         if (generation > 0)
             counts->secondary += tracer->paths.rays.count;
-        reserve_paths(tracer, tracer->paths.rays.count);
-        tracer->kernel->closest(tracer->plan, &tracer->paths.rays, &tracer->hits);
+        find_hits(tracer);
         shade_hits(tracer);
         counts->shadow += tracer->shadows.rays.count;
         add_lights(tracer);

@@ -10,6 +10,7 @@ common/math:   base math
 common/image:  base math image
 common/scene:  base math image scene
 common/trace:  base math image scene trace core_revision.h
+common/trace/lanes: base math trace
 common/wire:   base wire
 coordinator:   base math image scene trace wire coordinator
 worker:        base math image scene trace wire worker

@@ -15,7 +15,7 @@ static bool same_pixel(const struct vec3 *a, const struct vec3 *b)
 static void check_scene(struct scene *scene)
 {
     struct trace_settings settings = settings_of(scene);
-    struct plan *plan = plan_create(scene, &settings);
+    struct plan *plan = plan_create(scene, &settings, 1);
     struct tracer *tracer = tracer_create(plan, kernel_default());
     struct ray_counts counts = {0}, again = {0};
     struct vec3 *row = memory_array(scene->width, sizeof *row),

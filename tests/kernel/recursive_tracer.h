@@ -17,6 +17,7 @@
 
 #include "base/memory.h"
 #include "math/elementary.h"
+#include "trace/intersect_flat.h"
 #include "trace/light.h"
 #include "trace/optics.h"
 #include "trace/sample.h"
@@ -42,26 +43,26 @@ static size_t roots_of(const struct plan *plan, const struct ray *ray, struct hi
     struct shear shear = shear_of(ray->direction);
     size_t count = 0;
     for (uint32_t id = 0; id < plan->primitive_count; id++) {
-        struct span span = plan_span(plan, id, ray->origin, ray->direction, &shear);
+        struct roots roots = plan_roots(plan, id, ray->origin, ray->direction, &shear);
         enum primitive_kind kind = plan->primitives[id].kind;
         bool flat = kind == PRIMITIVE_PLANE || kind == PRIMITIVE_DISC || kind == PRIMITIVE_TRIANGLE;
         bool open = kind == PRIMITIVE_FRUSTUM && plan->frustums[plan->primitives[id].index].open;
         for (enum side side = SIDE_ENTER; side <= SIDE_LEAVE; side++) {
-            double t = side == SIDE_ENTER ? span.enter : span.leave;
+            double t = side == SIDE_ENTER ? roots.enter : roots.leave;
             bool after = t > ray->t_min || (t == ray->t_min && hit_key(id, side) > ray->key_min);
             if (id == ray->from) {
-                bool far_wall = side == SIDE_LEAVE && !flat && ray->departure == DEPART_INWARD;
+                /* What goes in comes out. */
+                bool far_wall = side == SIDE_LEAVE && !flat && ray->departure == DEPART_INWARD && !(open && isnan(t));
                 if (far_wall && ray->key_min == KEY_NONE) {
                     t = t > 0 ? t : 0;
                     after = true;
                 }
                 after = after && far_wall;
-                span.roots |= far_wall && !open ? SPAN_LEAVE : 0; /* what goes in comes out */
             }
-            if (!(span.roots & (side == SIDE_ENTER ? SPAN_ENTER : SPAN_LEAVE)) || !after || !(t < ray->t_max))
+            if (!after || !(t < ray->t_max))
                 continue;
             assert_true(count < capacity);
-            hits[count++] = (struct hit){t, id, side, side == SIDE_ENTER ? span.enter_part : span.leave_part};
+            hits[count++] = (struct hit){t, id, side, plan_part(plan, id, ray->origin, ray->direction, side)};
         }
     }
     return count;
@@ -128,7 +129,18 @@ static bool is_left_again(const struct plan *plan, const struct hit *hits, size_
     return false;
 }
 
-static struct vec3 light_through(const struct plan *plan, const struct ray *ray)
+/* Whether the ray, which starts inside the object, ends there without meeting a wall of it. */
+static bool stays_within(const struct plan *plan, uint32_t object, const struct ray *ray, const struct hit *hits,
+                         size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (object_of(plan, &hits[i]) == object)
+            return false;
+    return isfinite(ray->t_max);
+}
+
+/* From a point that is inside of what the walk is inside of. */
+static struct vec3 light_through(const struct plan *plan, const struct walk *walk, const struct ray *ray)
 {
     struct hit hits[256];
     size_t count = roots_of(plan, ray, hits, 256);
@@ -153,6 +165,11 @@ static struct vec3 light_through(const struct plan *plan, const struct ray *ray)
             product = vec3_mul(product, absorbed(material, hits[i].t - began_at(plan, hits, i)));
         else if (isfinite(ray->t_max) && !is_left_again(plan, hits, i, count))
             product = vec3_mul(product, absorbed(material, ray->t_max - hits[i].t));
+    }
+    if (walk->depth_inside > 0) {
+        uint32_t around = walk->inside[walk->depth_inside - 1];
+        if (stays_within(plan, around, ray, hits, count))
+            product = vec3_mul(product, absorbed(&plan->materials[plan->objects[around].material], ray->t_max));
     }
     return product;
 }
@@ -192,6 +209,10 @@ static int compare_findings(const void *left, const void *right)
 /* What shading needs of a hit, worked out anew. */
 struct view {
     struct hit hit;
+    const struct hit *walls; /* where it is one of several walls in one place, in the order of crossing */
+    size_t wall_count;
+    struct hit last;     /* the one met last */
+    double wall_spacing; /* how far apart they may be, across */
     struct surface surface;
     struct surface_footprint spread;
     struct vec3 normal, shading_normal, color;
@@ -200,7 +221,7 @@ struct view {
 
 static struct view view_of(const struct plan *plan, const struct walk *walk, const struct hit *hit)
 {
-    struct view view = {.hit = *hit, .material = material_of(plan, hit)};
+    struct view view = {.hit = *hit, .walls = hit, .wall_count = 1, .last = *hit, .material = material_of(plan, hit)};
     view.surface = surface_at(plan, &walk->ray, hit);
     if (plan->needs_footprints)
         view.spread = surface_footprint_at(plan, &walk->ray, &walk->footprint, hit, &view.surface);
@@ -213,10 +234,44 @@ static struct view view_of(const struct plan *plan, const struct walk *walk, con
     return view;
 }
 
+static bool is_crossed_before(const struct hit *a, const struct hit *b)
+{
+    return a->side != b->side ? a->side == SIDE_ENTER : a->id < b->id;
+}
+
+/* The view of the walls in one place that hits[0], a wall itself, is the first of. They come into the order of
+ * crossing: first those entered by, in the order of the scene, the last of which is seen. */
+static struct view boundary_view(const struct plan *plan, const struct walk *walk, struct hit *hits, size_t count)
+{
+    double window = 2 * COINCIDENCE * (fabs(hits[0].t) + vec3_max_abs(walk->ray.origin)), end = hits[0].t + window;
+    size_t walls = 1, seen = 0;
+    while (walls < count && material_of(plan, &hits[walls])->dielectric && hits[walls].t < end)
+        walls++;
+    struct hit last = hits[walls - 1];
+    for (size_t i = 1; i < walls; i++)
+        for (size_t k = i; k > 0 && is_crossed_before(&hits[k], &hits[k - 1]); k--) {
+            struct hit swap = hits[k];
+            hits[k] = hits[k - 1];
+            hits[k - 1] = swap;
+        }
+    while (seen + 1 < walls && hits[seen + 1].side == hits[0].side)
+        seen++;
+    struct view view = view_of(plan, walk, &hits[seen]);
+    view.walls = hits;
+    view.wall_count = walls;
+    view.last = last;
+    if (walls > 1) {
+        window = 2 * COINCIDENCE * (fabs(hits[seen].t) + vec3_max_abs(walk->ray.origin));
+        view.wall_spacing = 2 * window * fabs(vec3_dot(walk->ray.direction, view.surface.normal));
+    }
+    return view;
+}
+
 static struct ray leaving(const struct view *view, struct vec3 direction, bool same_side)
 {
     double cosine = fabs(vec3_dot(direction, view->surface.normal));
-    double error = cosine > 0 ? view->surface.error / cosine : view->surface.error;
+    double error = view->surface.error + view->wall_spacing;
+    error = cosine > 0 ? error / cosine : error;
     bool outward = (view->hit.side == SIDE_ENTER) == same_side;
     return (struct ray){view->surface.position,
                         direction,
@@ -241,7 +296,7 @@ static struct vec3 local_radiance(const struct plan *plan, const struct walk *wa
         struct ray ray = leaving(view, arrival.direction, true);
         ray.t_max = arrival.distance * (1 - COINCIDENCE) - ray.t_min;
         if (!vec3_is_zero(answer))
-            sum = vec3_add(sum, vec3_mul(vec3_mul(answer, arrival.strength), light_through(plan, &ray)));
+            sum = vec3_add(sum, vec3_mul(vec3_mul(answer, arrival.strength), light_through(plan, walk, &ray)));
     }
     return sum;
 }
@@ -294,21 +349,20 @@ static struct walk mirrored(const struct plan *plan, const struct walk *walk, co
 static struct walk straight(const struct walk *walk, const struct view *view, struct vec3 share)
 {
     struct walk child = *walk;
-    child.ray.t_min = view->hit.t;
-    child.ray.key_min = hit_key(view->hit.id, view->hit.side);
+    child.ray.t_min = view->last.t;
+    child.ray.key_min = hit_key(view->last.id, view->last.side);
     child.throughput = vec3_mul(walk->throughput, share);
     return child;
 }
 
 static struct walk refracted(const struct plan *plan, const struct walk *walk, const struct view *view,
-                             const struct refraction *refraction, struct vec3 normal)
+                             const struct refraction *refraction, struct vec3 normal, struct vec3 filter)
 {
     struct walk child = *walk;
     struct vec3 in = walk->ray.direction;
     child.ray = leaving(view, optics_refract(refraction, in, normal), false);
     child.ray.t_min = -child.ray.t_min;
-    child.throughput =
-        vec3_mul(walk->throughput, vec3_scale(view->material->filter, 1 - refraction->reflectance));
+    child.throughput = vec3_mul(walk->throughput, vec3_scale(filter, 1 - refraction->reflectance));
     if (plan->needs_footprints) {
         double sign = view->hit.side == SIDE_ENTER ? 1 : -1;
         struct vec3 by_x = vec3_scale(view->spread.normal_x, sign),
@@ -354,18 +408,15 @@ static void cross(struct walk *walk, uint32_t object, enum side side)
 static void follow_dielectric(const struct plan *plan, const struct walk *walk, const struct view *view,
                               unsigned level, uint8_t *path, struct findings *findings)
 {
-    uint32_t object = object_of(plan, &view->hit);
     struct walk beyond = *walk, child;
-    bool held = find_inside(walk, object) >= 0;
-    if (view->hit.t <= -walk->ray.t_min && held == (view->hit.side == SIDE_ENTER)) {
-        child = straight(walk, view, vec3_make(1, 1, 1));
-        follow_child(plan, &child, level, path, 1, findings);
-        return;
+    struct vec3 filter = {1, 1, 1};
+    for (size_t i = 0; i < view->wall_count; i++) {
+        cross(&beyond, object_of(plan, &view->walls[i]), view->walls[i].side);
+        filter = vec3_mul(filter, material_of(plan, &view->walls[i])->filter);
     }
-    cross(&beyond, object, view->hit.side);
     double from = ior_of(plan, walk), to = ior_of(plan, &beyond);
     if (from == to) {
-        child = straight(&beyond, view, view->material->filter);
+        child = straight(&beyond, view, filter);
         follow_child(plan, &child, level, path, 1, findings);
         return;
     }
@@ -379,22 +430,33 @@ static void follow_dielectric(const struct plan *plan, const struct walk *walk, 
     child = mirrored(plan, walk, view, vec3_make(reflectance, reflectance, reflectance));
     follow_child(plan, &child, level, path, 0, findings);
     if (reflectance < 1) {
-        child = refracted(plan, &beyond, view, &refraction, normal);
+        child = refracted(plan, &beyond, view, &refraction, normal, filter);
         follow_child(plan, &child, level, path, 1, findings);
     }
+}
+
+/* Whether the hit is, where a refracted walk starts, a wall that it crossed there. */
+static bool is_crossed_already(const struct plan *plan, const struct walk *walk, const struct hit *hit)
+{
+    bool is_inside = find_inside(walk, object_of(plan, hit)) >= 0;
+    return hit->t <= -walk->ray.t_min && material_of(plan, hit)->dielectric &&
+           is_inside == (hit->side == SIDE_ENTER);
 }
 
 static void follow(const struct plan *plan, struct walk *walk, unsigned level, uint8_t *path,
                    struct findings *findings)
 {
-    struct hit hits[256];
+    struct hit all[256], *hits = all;
     size_t count = roots_of(plan, &walk->ray, hits, 256);
+    sort_hits(hits, count);
+    for (; count > 0 && is_crossed_already(plan, walk, hits); count--)
+        hits++;
     if (count == 0) {
         note(findings, level, path, vec3_mul(walk->throughput, surroundings(plan, walk)));
         return;
     }
-    sort_hits(hits, count);
-    struct view view = view_of(plan, walk, &hits[0]);
+    bool is_wall = material_of(plan, hits)->dielectric;
+    struct view view = is_wall ? boundary_view(plan, walk, hits, count) : view_of(plan, walk, hits);
     if (walk->depth_inside > 0) {
         const struct plan_material *medium =
             &plan->materials[plan->objects[walk->inside[walk->depth_inside - 1]].material];

@@ -1,5 +1,5 @@
 /*
- * Rays through glass: where they come out, and that they come out.
+ * Rays through glass: where they come out, and that they come out; glass that touches other things; light within it.
  */
 #include <float.h>
 #include <math.h>
@@ -36,12 +36,12 @@ static uint32_t follow_through(const struct plan *plan, struct vec3 origin, stru
         path_batch_clear(&children);
         path_batch_push(&paths, &path);
         kernel_ref.closest(plan, &paths.rays, &hits);
-        if (hits.id[0] == PRIMITIVE_NONE) {
+        if (hit_batch_id(&hits, 0) == PRIMITIVE_NONE) {
             medium = path.medium;
             break;
         }
         struct shading shading;
-        struct hit hit = {hits.t[0], hits.id[0], hits.side[0], hits.part[0]};
+        struct hit hit = hit_at(plan, &paths.rays, &hits, 0);
         shading_init(&shading, plan, &media, &path, &hit);
         shading_push_children(plan, &shading, &media, &children);
         path = path_batch_get(&children, children.rays.count - 1); /* transmitted, if anything is */
@@ -57,7 +57,7 @@ static uint32_t follow_through(const struct plan *plan, struct vec3 origin, stru
 static struct plan *plan_of(const struct scene *scene)
 {
     struct trace_settings settings = settings_of(scene);
-    return plan_create(scene, &settings);
+    return plan_create(scene, &settings, 1);
 }
 
 /* Hard case 35: a plate at 45° shifts the ray by 0.329142308 of its thickness and keeps its direction. */
@@ -159,7 +159,7 @@ static void flat_rays_come_out_too(void **state)
             rays.count = 0;
             ray_batch_push(&rays, &ray);
             kernel_ref.closest(plan, &rays, &hits);
-            struct hit hit = {hits.t[0], hits.id[0], hits.side[0], hits.part[0]};
+            struct hit hit = hit_at(plan, &rays, &hits, 0);
             struct surface at = surface_at(plan, &ray, &hit);
             struct vec3 along = vec3_normalize(vec3_cross(at.normal, random_vector(i, 3)));
             d = vec3_normalize(vec3_add_scaled(along, at.normal, -ldexp(1, -(int)(i % 64))));
@@ -167,13 +167,106 @@ static void flat_rays_come_out_too(void **state)
             rays.count = 0;
             ray_batch_push(&rays, &ray);
             kernel_ref.closest(plan, &rays, &hits);
-            assert_true(hits.id[0] == 0 && hits.side[0] == SIDE_LEAVE && hits.t[0] >= 0 && hits.t[0] < 5);
+            assert_true(hit_batch_id(&hits, 0) == 0 && hit_batch_side(&hits, 0) == SIDE_LEAVE);
+            assert_true(hits.t[0] >= 0 && hits.t[0] < 5);
         }
         plan_destroy(&plan);
         scene_finish(&scene);
     }
     ray_batch_finish(&rays);
     hit_batch_finish(&hits);
+}
+
+/* --- things in one place ---------------------------------------------------------------------------------- */
+
+/* Pixels in which a red disc is seen that lies on the front of a block of glass, both turned by the angle. */
+static unsigned count_red(double degrees, bool glass_first)
+{
+    struct scene scene = scene_at(vec3_make(1.3, 1.9, 4), 35);
+    struct affine turn = affine_rotation(vec3_make(0, 1, 0), degrees);
+    for (int i = 0; i < 2; i++)
+        if ((i == 0) == glass_first)
+            scene_add(&scene, shape_box(grey(-1), grey(1)), material_glass(1.5, grey(0)))->transform = turn;
+        else
+            scene_add(&scene, shape_disc(vec3_make(0, 0, 1), vec3_make(0, 0, 1), 0.7),
+                      material_glowing(vec3_make(1, 0, 0)))
+                ->transform = turn;
+    struct vec3 *pixels = scene_render(&scene, kernel_default(), NULL);
+    unsigned red = 0;
+    for (size_t i = 0; i < (size_t)scene.width * scene.height; i++)
+        red += pixels[i].x > 0.5;
+    free(pixels);
+    scene_finish(&scene);
+    return red;
+}
+
+/* The same disc whichever comes first, in the scene or by rounding. */
+static void glass_does_not_hide_what_lies_on_it(void **state)
+{
+    (void)state;
+    for (double degrees = 0; degrees < 50; degrees += 7) {
+        unsigned red = count_red(degrees, false);
+        assert_true(red > 100);
+        assert_int_equal(count_red(degrees, true), red);
+    }
+}
+
+/* Of blocks in a row, one of them off by `gap`. */
+static bool blocks_may_touch(unsigned count, double gap)
+{
+    struct scene scene = scene_at(vec3_make(0, 0, 9), 40);
+    for (unsigned i = 0; i < count; i++) {
+        struct vec3 low = {i + (i > count / 2 ? gap : 0), 0.1 * i, 0};
+        scene_add(&scene, shape_box(low, vec3_add(low, grey(1))), material_glass(1.5, grey(0)));
+        low.y -= 0.5; /* other things do not matter */
+        scene_add(&scene, shape_box(low, vec3_add(low, grey(1))), material_matte(grey(1)));
+    }
+    scene.objects[0].transform = affine_translation(vec3_make(-1, 0, 0)); /* the first stands apart */
+    struct plan *plan = plan_of(&scene);
+    bool may_touch = plan->walls_may_touch;
+    plan_destroy(&plan);
+    scene_finish(&scene);
+    return may_touch;
+}
+
+static void a_plan_knows_whether_walls_may_touch(void **state)
+{
+    (void)state;
+    assert_false(blocks_may_touch(1, 0));
+    assert_false(blocks_may_touch(3, 1e-9));
+    assert_true(blocks_may_touch(3, 0));
+    assert_true(blocks_may_touch(3, 1e-14)); /* less than COINCIDENCE of the coordinates */
+    assert_true(blocks_may_touch(3, -0.5));
+}
+
+/* --- light within ----------------------------------------------------------------------------------------- */
+
+/* A wall at z = 0 seen head on from (0, 0, 3), with a lamp at (2, 0, 2), all within water; or all in a pocket of air in
+ * it. */
+static struct vec3 wall_within_water(struct vec3 absorption, bool pocket)
+{
+    struct scene scene = scene_at(vec3_make(0, 0, 3), 10);
+    scene_add(&scene, shape_sphere(grey(0), 50), material_glass(1.33, absorption));
+    scene_add(&scene, shape_box(vec3_make(-1, -1, -1), vec3_make(1, 1, 0)), material_matte(grey(1)));
+    if (pocket)
+        scene_add(&scene, shape_sphere(grey(0), 40), material_glass(1, grey(0)));
+    scene_add_light(&scene, light_point(vec3_make(2, 0, 2), grey(1)));
+    struct vec3 seen = scene_look(&scene);
+    scene_finish(&scene);
+    return seen;
+}
+
+/* exp(−absorption × length) from the lamp to the wall and on to the eye, though neither way crosses a surface. */
+static void water_absorbs_from_a_lamp_within_it(void **state)
+{
+    (void)state;
+    const struct vec3 absorption = {0.1, 0.3, 0};
+    struct vec3 seen = wall_within_water(absorption, false), dry = wall_within_water(absorption, true);
+    double cosine = sqrt(0.5), length = sqrt(8) + 3, tolerance = 4 * COINCIDENCE; /* shadow rays end so near the lamp */
+    assert_true(is_near(seen.x, cosine * exp(-0.1 * length), tolerance));
+    assert_true(is_near(seen.y, cosine * exp(-0.3 * length), tolerance));
+    assert_true(is_near(seen.z, cosine, tolerance));
+    assert_true(is_near(dry.x, cosine, tolerance) && is_near(dry.y, cosine, tolerance));
 }
 
 int main(void)
@@ -183,6 +276,9 @@ int main(void)
         cmocka_unit_test(a_glass_ball_lets_every_ray_out),
         cmocka_unit_test(what_goes_in_comes_out),
         cmocka_unit_test(flat_rays_come_out_too),
+        cmocka_unit_test(glass_does_not_hide_what_lies_on_it),
+        cmocka_unit_test(a_plan_knows_whether_walls_may_touch),
+        cmocka_unit_test(water_absorbs_from_a_lamp_within_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

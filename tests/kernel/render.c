@@ -180,7 +180,7 @@ static void shadows_fall_where_geometry_says(void **state)
     scene_add_light(&scene, light_directional(vec3_neg(sun), grey(1)));
     struct vec3 *pixels = scene_render(&scene, kernel_default(), NULL);
     struct trace_settings settings = settings_of(&scene);
-    struct plan *plan = plan_create(&scene, &settings);
+    struct plan *plan = plan_create(&scene, &settings, 1);
     unsigned lit = 0, dark = 0;
     for (uint32_t i = 0; i < 128 * 128; i++) {
         const struct plan_camera *camera = &plan->camera;
@@ -257,7 +257,7 @@ static void a_light_on_a_surface_is_not_shadowed_by_it(void **state)
         }
         /* The wall in front of the surface's tangent plane is lit as if the surface were not there. */
         struct trace_settings settings = settings_of(&scene);
-        struct plan *plan = plan_create(&scene, &settings);
+        struct plan *plan = plan_create(&scene, &settings, 1);
         for (uint32_t k = 0; k < scene.width * scene.height; k++) {
             struct vec3 d = vec3_add_scaled(plan->camera.corner, plan->camera.right, k % 32 + 0.5);
             d = vec3_normalize(vec3_add_scaled(d, plan->camera.down, k / 32 + 0.5));

@@ -89,15 +89,15 @@ static void check_rim(const struct world *world, double radius, double height, s
     shoot_batch(world->plan, &rays, &enters);
     check_shadows(world->plan, &rays, &enters);
     for (size_t i = 0; i < RAYS; i++) {
-        struct hit hit = hit_of(&enters, i);
+        struct hit hit = hit_at(world->plan, &rays, &enters, i);
         struct ray ray = ray_beyond(ray_batch_get(&rays, i), &hit);
         leaks += hit.id == PRIMITIVE_NONE || hit.side != SIDE_ENTER;
         ray_batch_push(&rest, &ray);
     }
     shoot_batch(world->plan, &rest, &leaves);
     for (size_t i = 0; i < RAYS; i++)
-        leaks +=
-            enters.id[i] != PRIMITIVE_NONE && (leaves.id[i] == PRIMITIVE_NONE || leaves.side[i] != SIDE_LEAVE);
+        leaks += hit_batch_id(&enters, i) != PRIMITIVE_NONE &&
+                 (hit_batch_id(&leaves, i) == PRIMITIVE_NONE || hit_batch_side(&leaves, i) != SIDE_LEAVE);
     ray_batch_finish(&rays);
     ray_batch_finish(&rest);
     hit_batch_finish(&enters);

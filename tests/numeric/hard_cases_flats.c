@@ -135,11 +135,11 @@ static void follow(const struct world *world, struct ray_batch *rays, int *balan
         shoot_batch(world->plan, rays, &hits);
         for (size_t i = 0; i < rays->count; i++) {
             rays->t_min[i] = INFINITY; /* done */
-            if (hits.id[i] == PRIMITIVE_NONE)
+            if (hit_batch_id(&hits, i) == PRIMITIVE_NONE)
                 continue;
             rays->t_min[i] = hits.t[i];
-            rays->key_min[i] = hit_key(hits.id[i], hits.side[i]);
-            balance[i] += hits.side[i] == SIDE_ENTER ? 1 : -1;
+            rays->key_min[i] = hit_key(hit_batch_id(&hits, i), hit_batch_side(&hits, i));
+            balance[i] += hit_batch_side(&hits, i) == SIDE_ENTER ? 1 : -1;
             met[i]++;
             any = true;
         }

@@ -125,7 +125,7 @@ static void case_36_glass_sphere(void **state)
             struct ray_batch rays = {0};
             ray_batch_push(&rays, &path.ray);
             shoot_batch(world.plan, &rays, &one);
-            struct hit hit = hit_of(&one, 0);
+            struct hit hit = hit_at(world.plan, &rays, &one, 0);
             struct bounce bounce = bounce_at(&world, &media, &path, &hit);
             ray_batch_finish(&rays);
             hit_batch_finish(&one);
@@ -137,7 +137,7 @@ static void case_36_glass_sphere(void **state)
         shoot_batch(world.plan, &inside.rays, &hits);
         for (size_t i = 0; i < inside.rays.count; i++) {
             struct path path = path_batch_get(&inside, i);
-            struct hit hit = hit_of(&hits, i);
+            struct hit hit = hit_at(world.plan, &inside.rays, &hits, i);
             struct bounce bounce = bounce_at(&world, &media, &path, &hit);
             struct refraction exit = optics_refraction(path.ray.direction, bounce.shading.normal, 1.5, 1);
             /* The sine carries the errors of point and normal, a few u; the cosine their quotient by itself. */

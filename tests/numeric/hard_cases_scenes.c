@@ -145,7 +145,7 @@ static struct vec3 *render_in_pieces(const struct scene *scene, const struct ker
                                      uint32_t columns)
 {
     struct trace_settings settings = settings_of(scene);
-    struct plan *plan = plan_create(scene, &settings);
+    struct plan *plan = plan_create(scene, &settings, 1);
     struct vec3 *pixels = memory_array(pixels_of(scene), sizeof *pixels);
     for (uint32_t first = 0; first < scene->height; first += rows) {
         struct tracer *tracer = tracer_create(plan, kernel);
@@ -203,7 +203,7 @@ static void case_46_every_kernel_and_lane(void **state)
                 ray_batch_push(&rays, lane == hash_u32(i) % size ? &ray : &other);
             }
             shoot_batch(world.plan, &rays, &hits);
-            struct hit among = hit_of(&hits, hash_u32(i) % size);
+            struct hit among = hit_at(world.plan, &rays, &hits, hash_u32(i) % size);
             assert_true(hits_are_equal(&alone, &among));
             ray_batch_finish(&rays);
             hit_batch_finish(&hits);

@@ -27,7 +27,7 @@ static struct hit hit_by(const struct world *world, const struct ray *ray)
     struct hit_batch hits = {0};
     ray_batch_push(&rays, ray);
     shoot_batch(world->plan, &rays, &hits);
-    struct hit hit = hit_of(&hits, 0);
+    struct hit hit = hit_at(world->plan, &rays, &hits, 0);
     ray_batch_finish(&rays);
     hit_batch_finish(&hits);
     return hit;

@@ -82,13 +82,14 @@ static void measure_rest(struct tally *tally, const struct stage *stage, int kin
     const struct shape *shape = &stage->world.scene.objects[0].shape;
     struct hit_batch rest = {0};
     for (size_t i = 0; i < rays->count; i++) {
-        bool met = hits->id[i] != PRIMITIVE_NONE;
+        bool met = hit_batch_id(hits, i) != PRIMITIVE_NONE;
         rays->t_min[i] = met ? hits->t[i] : INFINITY;
-        rays->key_min[i] = met ? hit_key(0, hits->side[i]) : KEY_NONE;
+        rays->key_min[i] = met ? (double)hit_key(0, hit_batch_side(hits, i)) : LANE_KEY_NONE;
     }
     shoot_batch(stage->world.plan, rays, &rest);
     for (size_t i = 0; i < rays->count; i++) {
-        struct hit first = hit_of(hits, i), second = hit_of(&rest, i);
+        struct hit first = hit_at(stage->world.plan, rays, hits, i);
+        struct hit second = hit_at(stage->world.plan, rays, &rest, i);
         if (first.id == PRIMITIVE_NONE)
             continue;
         struct ray ray = ray_batch_get(rays, i);
@@ -117,7 +118,7 @@ static void shoot_stage(struct tally *tally, int kind, double distance, uint32_t
     shoot_batch(stage.world.plan, &rays, &hits);
     for (uint32_t k = 0; k < BATCH; k++) {
         struct ray ray = ray_batch_get(&rays, k);
-        struct hit hit = hit_of(&hits, k);
+        struct hit hit = hit_at(stage.world.plan, &rays, &hits, k);
         measure(tally, &stage, kind, (enum aim)(k % AIMS), &ray, &hit);
     }
     measure_rest(tally, &stage, kind, &rays, &hits);

@@ -4,7 +4,8 @@
  * directional lights without falloff, mirrors, filters and dielectrics.
  *
  * Crossings at the same place are one: of surfaces the lowest object wins, or if it lets light through comes
- * first; walls of solids that touch are one boundary between what is before and what is behind them all.
+ * first; walls of solids that touch are one boundary between what is before and what is behind them all, and
+ * count as one surface where the depth is limited.
  */
 #ifndef WEFT_TESTS_ORACLE_PICTURE_H
 #define WEFT_TESTS_ORACLE_PICTURE_H
@@ -220,17 +221,16 @@ static inline real oracle_ior(const struct oracle *oracle, const struct oracle_m
 
 static struct quad3 oracle_radiance(const struct oracle *oracle, struct oracle_path path);
 
-/* The radiance that a path finds which goes on from `place`; surfaces: how many it has passed or been mirrored
- * by there. */
+/* The radiance that a path finds which goes on from `place`, where it has passed or been mirrored by one surface. */
 static inline struct quad3 oracle_go_on(const struct oracle *oracle, const struct oracle_path *path,
                                         struct quad3 place, struct quad3 direction,
-                                        const struct oracle_media *media, struct quad3 share, size_t surfaces)
+                                        const struct oracle_media *media, struct quad3 share)
 {
     struct oracle_path child = {.ray = {place, quad_normalize(direction)}, .media = *media,
                                 .throughput = quad_mul(path->throughput, share),
-                                .depth = path->depth - (uint32_t)surfaces};
+                                .depth = path->depth - 1};
     child.start = oracle_same_place(&child.ray, 0);
-    if (path->depth < surfaces || (double)quad_max(child.throughput) < 0x1p-12)
+    if (path->depth == 0 || (double)quad_max(child.throughput) < 0x1p-12)
         return (struct quad3){0, 0, 0};
     return oracle_radiance(oracle, child);
 }
@@ -254,11 +254,11 @@ static inline struct quad3 oracle_boundary(const struct oracle *oracle, const st
     struct quad3 sum = {0, 0, 0}, one = {1, 1, 1};
     if (mirrored > 0)
         sum = oracle_go_on(oracle, path, place, quad_add_scaled(d, normal, 2 * c), &path->media,
-                           quad_scale(one, mirrored), 1);
+                           quad_scale(one, mirrored));
     if (mirrored < 1)
         sum = quad_add(sum, oracle_go_on(oracle, path, place,
                                          quad_add_scaled(quad_scale(d, eta), normal, eta * c - k), &beyond,
-                                         quad_scale(filter, 1 - mirrored), cluster->count));
+                                         quad_scale(filter, 1 - mirrored)));
     return sum;
 }
 
@@ -288,7 +288,7 @@ static inline bool oracle_pass(const struct oracle *oracle, struct oracle_path *
             struct quad3 normal = oracle_facing(oracle, crossing);
             struct quad3 mirrored = quad_add_scaled(d, normal, -2 * quad_dot(d, normal));
             *sum = quad_add(*sum, oracle_go_on(oracle, path, place, mirrored, &path->media,
-                                               quad_of(material->reflection), 1));
+                                               quad_of(material->reflection)));
         }
         struct quad3 share = quad_scale(quad_of(material->filter), material->transparency);
         path->throughput = quad_mul(path->throughput, share);

@@ -40,7 +40,7 @@ static inline struct world world_begin(struct vec3 eye)
 static inline void world_compile(struct world *world)
 {
     struct trace_settings settings = settings_of(&world->scene);
-    world->plan = plan_create(&world->scene, &settings);
+    world->plan = plan_create(&world->scene, &settings, 1);
 }
 
 static inline struct world world_of(struct shape shape, struct affine transform, struct vec3 eye)
@@ -91,13 +91,6 @@ static inline bool hits_are_equal(const struct hit *a, const struct hit *b)
            (memcmp(&a->t, &b->t, sizeof a->t) == 0 && a->side == b->side && a->part == b->part);
 }
 
-static inline struct hit hit_of(const struct hit_batch *hits, size_t i)
-{
-    if (hits->id[i] == PRIMITIVE_NONE)
-        return (struct hit){.t = INFINITY, .id = PRIMITIVE_NONE};
-    return (struct hit){hits->t[i], hits->id[i], hits->side[i], hits->part[i]};
-}
-
 /* Every kernel's hits of a batch must be those of the first, which are left in *hits. */
 static inline void shoot_batch(const struct plan *plan, const struct ray_batch *rays, struct hit_batch *hits)
 {
@@ -108,7 +101,7 @@ static inline void shoot_batch(const struct plan *plan, const struct ray_batch *
     for (size_t k = 1; kernel_at(k); k++) {
         kernel_at(k)->closest(plan, rays, &others);
         for (size_t i = 0; i < rays->count; i++) {
-            struct hit expected = hit_of(hits, i), found = hit_of(&others, i);
+            struct hit expected = hit_at(plan, rays, hits, i), found = hit_at(plan, rays, &others, i);
             if (!hits_are_equal(&expected, &found))
                 fail_msg("kernel %s: ray %zu of %zu meets %u at %a; the first kernel says %u at %a",
                          kernel_at(k)->name, i, rays->count, found.id, found.t, expected.id, expected.t);
@@ -126,9 +119,9 @@ static inline void check_shadows(const struct plan *plan, const struct ray_batch
         struct crossing_list crossings = {0};
         kernel_at(k)->shadow(plan, rays, blocked, &crossings);
         for (size_t i = 0; i < rays->count; i++) {
-            bool met = hits->id[i] != PRIMITIVE_NONE;
+            bool met = hit_batch_id(hits, i) != PRIMITIVE_NONE;
             assert_true(met || !blocked[i]);
-            assert_true(!met || blocked[i] || !plan->primitives[hits->id[i]].blocks_light);
+            assert_true(!met || blocked[i] || !plan->primitives[hit_batch_id(hits, i)].blocks_light);
         }
         crossing_list_finish(&crossings);
     }
@@ -151,9 +144,9 @@ static inline struct hit shoot_ray(const struct world *world, const struct ray *
     }
     shoot_batch(world->plan, &rays, &hits);
     check_shadows(world->plan, &rays, &hits);
-    struct hit first = hit_of(&hits, 0);
+    struct hit first = hit_at(world->plan, &rays, &hits, 0);
     for (size_t i = 5; i < LANES; i += 5) {
-        struct hit again = hit_of(&hits, i);
+        struct hit again = hit_at(world->plan, &rays, &hits, i);
         assert_true(hits_are_equal(&first, &again));
     }
     assert_true(first.id == PRIMITIVE_NONE || (isfinite(first.t) && first.id < world->plan->primitive_count));

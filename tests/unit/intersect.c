@@ -2,8 +2,6 @@
  * Where rays meet the solids and the flat primitives, against closed forms and at the hard cases: tangents,
  * rims, apexes, rays along generators, edges and in planes.
  */
-#include "trace/intersect.h"
-
 #include <float.h>
 #include <math.h>
 #include <setjmp.h>
@@ -14,6 +12,7 @@
 #include <cmocka.h>
 
 #include "tests/random.h"
+#include "tests/unit/roots_help.h"
 
 static const struct vec3 forward = {0, 0, 1};
 static const struct sphere unit_sphere = {{0, 0, 0}, 1};
@@ -27,11 +26,11 @@ static bool is_near(double a, double b, double tolerance)
     return fabs(a - b) <= tolerance;
 }
 
-static void check_both(struct span span, double enter, double leave, double tolerance)
+static void check_both(struct roots roots, double enter, double leave, double tolerance)
 {
-    assert_int_equal(span.roots, SPAN_ENTER | SPAN_LEAVE);
-    assert_true(is_near(span.enter, enter, tolerance));
-    assert_true(is_near(span.leave, leave, tolerance));
+    assert_int_equal(which(roots), ENTERS | LEAVES);
+    assert_true(is_near(roots.enter, enter, tolerance));
+    assert_true(is_near(roots.leave, leave, tolerance));
 }
 
 static struct frustum opened(struct frustum frustum)
@@ -45,12 +44,12 @@ static struct frustum opened(struct frustum frustum)
 static void sphere_is_met_where_it_is(void **state)
 {
     (void)state;
-    check_both(sphere_span(&unit_sphere, vec3_make(0, 0, -3), forward), 2, 4, 0);
-    check_both(sphere_span(&unit_sphere, vec3_make(0, 0, 0), forward), -1, 1, 0);
-    check_both(sphere_span(&unit_sphere, vec3_make(0.6, 0, -3), forward), 3 - 0.8, 3 + 0.8, 4 * DBL_EPSILON);
-    assert_int_equal(sphere_span(&unit_sphere, vec3_make(0, 1 - 1e-12, -3), forward).roots, 3);
-    assert_int_equal(sphere_span(&unit_sphere, vec3_make(0, 1 + 1e-12, -3), forward).roots, 0);
-    struct span tangent = sphere_span(&unit_sphere, vec3_make(0, 1, -3), forward);
+    check_both(sphere_roots(&unit_sphere, vec3_make(0, 0, -3), forward), 2, 4, 0);
+    check_both(sphere_roots(&unit_sphere, vec3_make(0, 0, 0), forward), -1, 1, 0);
+    check_both(sphere_roots(&unit_sphere, vec3_make(0.6, 0, -3), forward), 3 - 0.8, 3 + 0.8, 4 * DBL_EPSILON);
+    assert_int_equal(which(sphere_roots(&unit_sphere, vec3_make(0, 1 - 1e-12, -3), forward)), 3);
+    assert_int_equal(which(sphere_roots(&unit_sphere, vec3_make(0, 1 + 1e-12, -3), forward)), 0);
+    struct roots tangent = sphere_roots(&unit_sphere, vec3_make(0, 1, -3), forward);
     check_both(tangent, 3, 3, 0);
 }
 
@@ -65,11 +64,11 @@ static void sphere_chord_from_its_surface(void **state)
         double cosine = -vec3_dot(n, d);
         if (cosine < 0.01)
             continue;
-        struct span span = sphere_span(&sphere, vec3_add_scaled(sphere.center, n, radius), d);
-        assert_int_equal(span.roots, 3);
+        struct roots roots = sphere_roots(&sphere, vec3_add_scaled(sphere.center, n, radius), d);
+        assert_int_equal(which(roots), 3);
         /* The origin is off the sphere by a few ulp of its coordinates, along the ray by that over the cosine.
          */
-        check_both(span, 0, 2 * radius * cosine, 16 * DBL_EPSILON * radius / cosine);
+        check_both(roots, 0, 2 * radius * cosine, 16 * DBL_EPSILON * radius / cosine);
     }
 }
 
@@ -84,9 +83,9 @@ static void sphere_is_exact_from_afar(void **state)
         if (vec3_dot(n, d) > -0.1)
             continue;
         for (double distance = 4; distance < 2e6; distance *= 100) {
-            struct span span = sphere_span(&unit_sphere, vec3_add_scaled(n, d, -distance), d);
-            assert_int_equal(span.roots, 3);
-            assert_true(is_near(span.enter, distance, 20 * DBL_EPSILON * distance));
+            struct roots roots = sphere_roots(&unit_sphere, vec3_add_scaled(n, d, -distance), d);
+            assert_int_equal(which(roots), 3);
+            assert_true(is_near(roots.enter, distance, 20 * DBL_EPSILON * distance));
         }
     }
 }
@@ -103,13 +102,13 @@ static void ellipsoid_is_met_on_its_surface(void **state)
             continue;
         struct vec3 o = vec3_scale(random_vector(i, 12), 10);
         struct vec3 d = vec3_normalize(vec3_sub(vec3_add(e.center, random_vector(i, 15)), o));
-        struct span span = ellipsoid_span(&e, o, d);
-        if (!span.roots)
+        struct roots roots = ellipsoid_roots(&e, o, d);
+        if (!which(roots))
             continue;
         met++;
-        assert_true(span.enter <= span.leave);
+        assert_true(roots.enter <= roots.leave);
         for (int root = 0; root < 2; root++) {
-            struct vec3 p = vec3_add_scaled(o, d, root ? span.leave : span.enter);
+            struct vec3 p = vec3_add_scaled(o, d, root ? roots.leave : roots.enter);
             struct vec3 q = mat3_apply(&e.frame, vec3_sub(p, e.center));
             assert_true(is_near(vec3_dot(q, q), 1, 1e-12)); /* coordinates up to 20, condition up to 50 */
         }
@@ -124,10 +123,10 @@ static void round_ellipsoid_equals_the_sphere(void **state)
         struct sphere sphere = {random_vector(i, 0), 0.5};
         struct ellipsoid ellipsoid = {{{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}, sphere.center};
         struct vec3 o = vec3_scale(random_vector(i, 3), 3), d = random_unit(i, 6);
-        struct span a = sphere_span(&sphere, o, d), b = ellipsoid_span(&ellipsoid, o, d);
+        struct roots a = sphere_roots(&sphere, o, d), b = ellipsoid_roots(&ellipsoid, o, d);
         double chord = a.leave - a.enter;
-        if (!a.roots || !b.roots || chord < 1e-3) {
-            assert_true(a.roots == b.roots || chord < 1e-6);
+        if (!which(a) || !which(b) || chord < 1e-3) {
+            assert_true(which(a) == which(b) || chord < 1e-6);
             continue;
         }
         check_both(b, a.enter, a.leave, 100 * DBL_EPSILON / chord);
@@ -140,18 +139,18 @@ static void plane_shows_its_front_and_its_back(void **state)
 {
     (void)state;
     struct plane plane = {{0, 0, -1}, -2}; /* z = 2, front towards −z */
-    struct span front = plane_span(&plane, vec3_make(5, 6, 0), forward);
-    assert_int_equal(front.roots, SPAN_ENTER);
+    struct roots front = plane_roots(&plane, vec3_make(5, 6, 0), forward);
+    assert_int_equal(which(front), ENTERS);
     assert_true(front.enter == 2);
-    struct span back = plane_span(&plane, vec3_make(5, 6, 7), vec3_neg(forward));
-    assert_int_equal(back.roots, SPAN_LEAVE);
+    struct roots back = plane_roots(&plane, vec3_make(5, 6, 7), vec3_neg(forward));
+    assert_int_equal(which(back), LEAVES);
     assert_true(back.leave == 5);
-    assert_int_equal(plane_span(&plane, vec3_make(0, 0, 0), vec3_make(1, 0, 0)).roots, 0);
-    assert_int_equal(plane_span(&plane, vec3_make(0, 0, 2), vec3_make(1, 0, 0)).roots, 0); /* within it */
-    struct span steep = plane_span(&plane, vec3_make(0, 0, 0), vec3_make(1, 0, 1e-300));
-    assert_true(!steep.roots || isfinite(steep.enter));
+    assert_int_equal(which(plane_roots(&plane, vec3_make(0, 0, 0), vec3_make(1, 0, 0))), 0);
+    assert_int_equal(which(plane_roots(&plane, vec3_make(0, 0, 2), vec3_make(1, 0, 0))), 0); /* within it */
+    struct roots steep = plane_roots(&plane, vec3_make(0, 0, 0), vec3_make(1, 0, 1e-300));
+    assert_true(!which(steep) || isfinite(steep.enter));
     assert_true(is_near(steep.enter, 2e300, 1e285));
-    assert_int_equal(plane_span(&plane, vec3_make(0, 0, 0), vec3_make(1, 0, 1e-310)).roots,
+    assert_int_equal(which(plane_roots(&plane, vec3_make(0, 0, 0), vec3_make(1, 0, 1e-310))),
                      0); /* beyond DBL_MAX */
 }
 
@@ -159,13 +158,13 @@ static void disc_is_round_and_closed(void **state)
 {
     (void)state;
     struct disc disc = {{{0, 0, -1}, -2}, {1, 0, 2}, {0.5, 0, 0}, {0, 0.5, 0}}; /* radius 2 */
-    assert_int_equal(disc_span(&disc, vec3_make(1, 0, 0), forward).roots, SPAN_ENTER);
-    assert_int_equal(disc_span(&disc, vec3_make(3, 0, 0), forward).roots,
-                     SPAN_ENTER); /* the rim belongs to it */
-    assert_int_equal(disc_span(&disc, vec3_make(3 + 1e-12, 0, 0), forward).roots, 0);
-    assert_int_equal(disc_span(&disc, vec3_make(-0.5, 1.4, 0), forward).roots, 0);
-    assert_int_equal(disc_span(&disc, vec3_make(-0.5, 1.2, 5), vec3_neg(forward)).roots, SPAN_LEAVE);
-    assert_int_equal(disc_span(&disc, vec3_make(1, 0, 2), vec3_make(1, 0, 0)).roots, 0);
+    assert_int_equal(which(disc_roots(&disc, vec3_make(1, 0, 0), forward)), ENTERS);
+    assert_int_equal(which(disc_roots(&disc, vec3_make(3, 0, 0), forward)),
+                     ENTERS); /* the rim belongs to it */
+    assert_int_equal(which(disc_roots(&disc, vec3_make(3 + 1e-12, 0, 0), forward)), 0);
+    assert_int_equal(which(disc_roots(&disc, vec3_make(-0.5, 1.4, 0), forward)), 0);
+    assert_int_equal(which(disc_roots(&disc, vec3_make(-0.5, 1.2, 5), vec3_neg(forward))), LEAVES);
+    assert_int_equal(which(disc_roots(&disc, vec3_make(1, 0, 2), vec3_make(1, 0, 0))), 0);
 }
 
 /* --- frustum ---------------------------------------------------------------------------------------------- */
@@ -177,16 +176,16 @@ static void cylinder_along_its_axis(void **state)
     struct frustum tube = opened(cylinder);
     for (int i = -1; i <= 1; i++) {
         struct vec3 o = {i * 1e-15, 0, -3}, d = vec3_normalize(vec3_make(0, i * 1e-15, 1));
-        struct span span = frustum_span(&cylinder, o, d);
-        check_both(span, 3, 5, 0);
-        assert_int_equal(span.enter_part, PART_NARROW_CAP);
-        assert_int_equal(span.leave_part, PART_WIDE_CAP);
-        assert_int_equal(frustum_span(&tube, o, d).roots, 0);
+        struct roots roots = frustum_roots(&cylinder, o, d);
+        check_both(roots, 3, 5, 0);
+        assert_int_equal(frustum_part(&cylinder, o, d, SIDE_ENTER), PART_NARROW_CAP);
+        assert_int_equal(frustum_part(&cylinder, o, d, SIDE_LEAVE), PART_WIDE_CAP);
+        assert_int_equal(which(frustum_roots(&tube, o, d)), 0);
     }
-    struct span down = frustum_span(&cylinder, vec3_make(0.5, 0, 4), vec3_neg(forward));
-    check_both(down, 2, 4, 0);
-    assert_int_equal(down.enter_part, PART_WIDE_CAP);
-    assert_int_equal(frustum_span(&cylinder, vec3_make(1.1, 0, -3), forward).roots, 0);
+    struct vec3 above = {0.5, 0, 4}, down = vec3_neg(forward);
+    check_both(frustum_roots(&cylinder, above, down), 2, 4, 0);
+    assert_int_equal(frustum_part(&cylinder, above, down, SIDE_ENTER), PART_WIDE_CAP);
+    assert_int_equal(which(frustum_roots(&cylinder, vec3_make(1.1, 0, -3), forward)), 0);
 }
 
 /* Hard case 24: a ray in the plane of a cap meets the solid's rim there, and misses just outside. */
@@ -194,34 +193,32 @@ static void cylinder_in_the_plane_of_its_cap(void **state)
 {
     (void)state;
     for (double z = 0; z <= 2; z += 2) {
-        check_both(frustum_span(&cylinder, vec3_make(-3, 0, z), vec3_make(1, 0, 0)), 2, 4, 0);
-        check_both(frustum_span(&cylinder, vec3_make(-3, 0, z), vec3_make(1, 0, -0.0)), 2, 4, 0);
+        check_both(frustum_roots(&cylinder, vec3_make(-3, 0, z), vec3_make(1, 0, 0)), 2, 4, 0);
+        check_both(frustum_roots(&cylinder, vec3_make(-3, 0, z), vec3_make(1, 0, -0.0)), 2, 4, 0);
     }
-    assert_int_equal(frustum_span(&cylinder, vec3_make(-3, 0, 2 + 1e-12), vec3_make(1, 0, 0)).roots, 0);
-    assert_int_equal(frustum_span(&cylinder, vec3_make(-3, 0, -1e-12), vec3_make(1, 0, 0)).roots, 0);
+    assert_int_equal(which(frustum_roots(&cylinder, vec3_make(-3, 0, 2 + 1e-12), vec3_make(1, 0, 0))), 0);
+    assert_int_equal(which(frustum_roots(&cylinder, vec3_make(-3, 0, -1e-12), vec3_make(1, 0, 0))), 0);
 }
 
 /* Hard cases 18 to 22. */
 static void cone_by_hand(void **state)
 {
     (void)state;
-    struct span axis = frustum_span(&cone, vec3_make(0, 0, -3), forward);
-    check_both(axis, 3, 5, 0);
-    assert_int_equal(axis.leave_part, PART_WIDE_CAP);
-    check_both(frustum_span(&cone, vec3_make(0.25, 0, -3), forward), 3.5, 5, 4 * DBL_EPSILON);
-    struct span side = frustum_span(&cone, vec3_make(3, 0, 1), vec3_make(-1, 0, 0));
-    check_both(side, 2.5, 3.5, 4 * DBL_EPSILON);
-    assert_int_equal(side.enter_part, PART_SIDE);
+    check_both(frustum_roots(&cone, vec3_make(0, 0, -3), forward), 3, 5, 0);
+    assert_int_equal(frustum_part(&cone, vec3_make(0, 0, -3), forward, SIDE_LEAVE), PART_WIDE_CAP);
+    check_both(frustum_roots(&cone, vec3_make(0.25, 0, -3), forward), 3.5, 5, 4 * DBL_EPSILON);
+    struct vec3 beside = {3, 0, 1}, across = {-1, 0, 0};
+    check_both(frustum_roots(&cone, beside, across), 2.5, 3.5, 4 * DBL_EPSILON);
+    assert_int_equal(frustum_part(&cone, beside, across, SIDE_ENTER), PART_SIDE);
     /* Parallel to the generator x = z/2, and never near it. */
     struct vec3 generator = vec3_normalize(vec3_make(0.5, 0, 1));
-    assert_int_equal(frustum_span(&cone, vec3_make(-1, 0.3, -2), generator).roots, 0);
+    assert_int_equal(which(frustum_roots(&cone, vec3_make(-1, 0.3, -2), generator)), 0);
     /* Through where the second nappe would be. */
-    assert_int_equal(frustum_span(&cone, vec3_make(-3, 0, -1), vec3_make(1, 0, 0)).roots, 0);
-    assert_int_equal(frustum_span(&cone, vec3_make(-1, 0, -1), vec3_normalize(vec3_make(1, 0, 0.2))).roots, 0);
-    assert_int_equal(frustum_span(&(struct frustum){cone.frame, cone.origin, 0, 0.5, 2, true},
-                                  vec3_make(0.1, 0, -3), vec3_make(0, 0, -1))
-                         .roots,
-                     SPAN_LEAVE); /* behind the origin: t < 0 is for the caller to sort out */
+    assert_int_equal(which(frustum_roots(&cone, vec3_make(-3, 0, -1), vec3_make(1, 0, 0))), 0);
+    assert_int_equal(which(frustum_roots(&cone, vec3_make(-1, 0, -1), vec3_normalize(vec3_make(1, 0, 0.2)))), 0);
+    struct frustum funnel = opened(cone);
+    assert_int_equal(which(frustum_roots(&funnel, vec3_make(0.1, 0, -3), vec3_make(0, 0, -1))),
+                     LEAVES); /* behind the origin: t < 0 is for the caller to sort out */
 }
 
 /* A ray along a generator lies in the side: from outside to the wide end. It may or may not be met, but never
@@ -232,32 +229,32 @@ static void cone_along_a_generator(void **state)
     for (uint32_t i = 0; i < 1000; i++) {
         double angle = i * 0.00628;
         struct vec3 g = {0.5 * cos(angle), 0.5 * sin(angle), 1};
-        struct span span = frustum_span(&cone, vec3_scale(g, -2), vec3_normalize(g));
+        struct roots roots = frustum_roots(&cone, vec3_scale(g, -2), vec3_normalize(g));
         double length = vec3_length(g);
-        if (!span.roots)
+        if (!which(roots))
             continue;
-        assert_true(span.enter >= 2 * length * (1 - 1e-7) && span.leave <= 4 * length * (1 + 1e-7));
+        assert_true(roots.enter >= 2 * length * (1 - 1e-7) && roots.leave <= 4 * length * (1 + 1e-7));
     }
     /* Parallel to a generator but inside: through the side, out of the cap (a = 0, one root). */
     struct vec3 d = vec3_normalize(vec3_make(0.5, 0, 1));
-    struct span inner = frustum_span(&cone, vec3_make(-3.5, 0, -6), d);
+    struct roots inner = frustum_roots(&cone, vec3_make(-3.5, 0, -6), d);
     /* x = −1/2 + z/2 meets x = −z/2 at z = 1/2 */
     check_both(inner, 6.5 * sqrt(1.25), 8 * sqrt(1.25), 1e-13);
-    assert_int_equal(inner.leave_part, PART_WIDE_CAP);
+    assert_int_equal(frustum_part(&cone, vec3_make(-3.5, 0, -6), d, SIDE_LEAVE), PART_WIDE_CAP);
 }
 
 static void open_frustum_is_its_side_alone(void **state)
 {
     (void)state;
     struct frustum tube = opened(cylinder), funnel = opened(cone);
-    check_both(frustum_span(&tube, vec3_make(-3, 0, 1), vec3_make(1, 0, 0)), 2, 4, 0);
+    check_both(frustum_roots(&tube, vec3_make(-3, 0, 1), vec3_make(1, 0, 0)), 2, 4, 0);
     /* In through the missing lid, out through the side. */
     struct vec3 d = vec3_normalize(vec3_make(1, 0, 1));
-    struct span slant = frustum_span(&tube, vec3_make(-1, 0, -1), d);
-    assert_int_equal(slant.roots, SPAN_LEAVE);
+    struct roots slant = frustum_roots(&tube, vec3_make(-1, 0, -1), d);
+    assert_int_equal(which(slant), LEAVES);
     assert_true(is_near(slant.leave, 2 * sqrt(2), 1e-15));
-    struct span steep = frustum_span(&funnel, vec3_make(0.25, 0, -3), forward);
-    assert_int_equal(steep.roots, SPAN_ENTER);
+    struct roots steep = frustum_roots(&funnel, vec3_make(0.25, 0, -3), forward);
+    assert_int_equal(which(steep), ENTERS);
     assert_true(is_near(steep.enter, 3.5, 4 * DBL_EPSILON));
 }
 
@@ -269,8 +266,8 @@ static void frustum_goes_over_into_the_cylinder(void **state)
         struct vec3 o = vec3_scale(random_vector(i, 0), 4), d = random_unit(i, 3);
         struct frustum almost = cylinder;
         almost.slope = 1e-13;
-        struct span a = frustum_span(&cylinder, o, d), b = frustum_span(&almost, o, d);
-        if (!a.roots || a.leave - a.enter < 1e-3)
+        struct roots a = frustum_roots(&cylinder, o, d), b = frustum_roots(&almost, o, d);
+        if (!which(a) || a.leave - a.enter < 1e-3)
             continue;
         check_both(b, a.enter, a.leave, 1e-9);
     }
@@ -285,12 +282,12 @@ static void frustum_parts_are_where_they_say(void **state)
     for (uint32_t i = 0; i < 20000; i++) {
         struct vec3 o = vec3_scale(random_vector(i, 0), 4),
                     d = vec3_normalize(vec3_sub(random_vector(i, 3), o));
-        struct span span = frustum_span(&frustum, o, d);
-        if (!span.roots)
+        struct roots roots = frustum_roots(&frustum, o, d);
+        if (!which(roots))
             continue;
         for (int root = 0; root < 2; root++) {
-            struct vec3 q = vec3_sub(vec3_add_scaled(o, d, root ? span.leave : span.enter), frustum.origin);
-            uint8_t part = root ? span.leave_part : span.enter_part;
+            struct vec3 q = vec3_sub(vec3_add_scaled(o, d, root ? roots.leave : roots.enter), frustum.origin);
+            uint8_t part = frustum_part(&frustum, o, d, root ? SIDE_LEAVE : SIDE_ENTER);
             double radius = sqrt(q.x * q.x + q.y * q.y), local = frustum.radius + frustum.slope * q.z;
             seen[part]++;
             assert_true(radius <= local + 2e-13 && q.z >= -1e-14 && q.z <= 1 + 1e-14);
@@ -318,8 +315,8 @@ static void rims_and_apex_do_not_leak(void **state)
             inside.z = 1.5;
         struct vec3 p = {rim.x * cos(angle), rim.y * sin(angle), rim.z};
         p = vec3_mix(p, inside, 1e-12);
-        struct span span = frustum_span(frustum, vec3_add_scaled(p, d, -s), d);
-        leaks += !(span.roots == 3 && span.enter <= s + 1e-9 && span.leave >= s - 1e-9);
+        struct roots roots = frustum_roots(frustum, vec3_add_scaled(p, d, -s), d);
+        leaks += !(which(roots) == 3 && roots.enter <= s + 1e-9 && roots.leave >= s - 1e-9);
     }
     assert_int_equal(leaks, 0);
 }
@@ -333,20 +330,20 @@ static const struct box cube = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {-1, -1, -1},
 static void box_faces_edges_and_corners(void **state)
 {
     (void)state;
-    struct span face = box_span(&cube, vec3_make(0.5, -0.5, -4), forward);
-    check_both(face, 3, 5, 0);
-    assert_int_equal(face.enter_part, 5);
-    assert_int_equal(face.leave_part, 4);
-    check_both(box_span(&cube, vec3_make(1, 0, -4), forward), 3, 5, 0);                /* in a face */
-    check_both(box_span(&cube, vec3_make(1, -1, -4), vec3_make(-0.0, 0, 1)), 3, 5, 0); /* along an edge */
-    check_both(box_span(&cube, vec3_make(1, -1, 4), vec3_make(0, -0.0, -1)), 3, 5, 0);
-    assert_int_equal(box_span(&cube, vec3_make(1 + 1e-12, 0, -4), forward).roots, 0);
+    struct vec3 before = {0.5, -0.5, -4};
+    check_both(box_roots(&cube, before, forward), 3, 5, 0);
+    assert_int_equal(box_part(&cube, before, forward, SIDE_ENTER), 5);
+    assert_int_equal(box_part(&cube, before, forward, SIDE_LEAVE), 4);
+    check_both(box_roots(&cube, vec3_make(1, 0, -4), forward), 3, 5, 0);                /* in a face */
+    check_both(box_roots(&cube, vec3_make(1, -1, -4), vec3_make(-0.0, 0, 1)), 3, 5, 0); /* along an edge */
+    check_both(box_roots(&cube, vec3_make(1, -1, 4), vec3_make(0, -0.0, -1)), 3, 5, 0);
+    assert_int_equal(which(box_roots(&cube, vec3_make(1 + 1e-12, 0, -4), forward)), 0);
     struct vec3 d = vec3_normalize(vec3_make(1, 1, 1));
-    check_both(box_span(&cube, vec3_make(-3, -3, -3), d), 2 * sqrt(3), 4 * sqrt(3),
+    check_both(box_roots(&cube, vec3_make(-3, -3, -3), d), 2 * sqrt(3), 4 * sqrt(3),
                1e-15 * 8); /* corner to corner */
     struct vec3 across = vec3_normalize(vec3_make(1, -1, 0));
-    struct span touch = box_span(&cube, vec3_make(0, 2, 0), across); /* touches the edge x = y = 1 */
-    assert_true(!touch.roots || is_near(touch.enter, sqrt(2), 1e-15 * 4));
+    struct roots touch = box_roots(&cube, vec3_make(0, 2, 0), across); /* touches the edge x = y = 1 */
+    assert_true(!which(touch) || is_near(touch.enter, sqrt(2), 1e-15 * 4));
 }
 
 /* Every root lies on the face that it names, and a turned box gives what turning the ray back gives. */
@@ -355,20 +352,20 @@ static void box_parts_are_where_they_say(void **state)
     (void)state;
     for (uint32_t i = 0; i < 20000; i++) {
         struct vec3 o = vec3_scale(random_vector(i, 0), 4), d = random_unit(i, 3);
-        struct span span = box_span(&cube, o, d);
-        for (int root = 0; span.roots && root < 2; root++) {
-            struct vec3 p = vec3_add_scaled(o, d, root ? span.leave : span.enter);
+        struct roots roots = box_roots(&cube, o, d);
+        for (int root = 0; which(roots) && root < 2; root++) {
+            struct vec3 p = vec3_add_scaled(o, d, root ? roots.leave : roots.enter);
             const double at[3] = {p.x, p.y, p.z};
-            uint8_t part = root ? span.leave_part : span.enter_part;
+            uint8_t part = box_part(&cube, o, d, root ? SIDE_LEAVE : SIDE_ENTER);
             assert_true(is_near(at[part / 2], part % 2 ? -1 : 1, 1e-14));
             assert_true(vec3_max_abs(p) <= 1 + 1e-13);
         }
         struct affine turn = affine_rotation(random_unit(i, 6), 77);
         struct box turned = {mat3_transpose(&turn.linear), cube.low, cube.high};
-        struct span same = box_span(&turned, mat3_apply(&turn.linear, o), mat3_apply(&turn.linear, d));
-        if (span.roots && span.leave - span.enter > 1e-6 &&
+        struct roots same = box_roots(&turned, mat3_apply(&turn.linear, o), mat3_apply(&turn.linear, d));
+        if (which(roots) && roots.leave - roots.enter > 1e-6 &&
             vec3_max_abs(vec3_make(1 / d.x, 1 / d.y, 1 / d.z)) < 1e3)
-            check_both(same, span.enter, span.leave, 1e-10); /* a coordinate's error is divided by d's */
+            check_both(same, roots.enter, roots.leave, 1e-10); /* a coordinate's error is divided by d's */
     }
 }
 

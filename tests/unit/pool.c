@@ -118,7 +118,7 @@ static struct bytes expected_records(uint32_t samples)
     struct bytes records = {0};
     if (scene_load(&scene, "scene.json", &assets, &error) != STATUS_OK)
         fail_msg("%s", error.text);
-    struct plan *plan = plan_create(&scene, &(struct trace_settings){WIDTH, HEIGHT, samples});
+    struct plan *plan = plan_create(&scene, &(struct trace_settings){WIDTH, HEIGHT, samples}, 1);
     struct tracer *tracer = tracer_create(plan, &kernel_ref);
     for (uint32_t y = 0; y < HEIGHT; y++)
         put_record(&records, tracer, y);

@@ -26,7 +26,7 @@ static struct world world_of(struct shape shape, struct affine transform, struct
     struct world world = {.scene = scene_at(eye, 40)};
     scene_add(&world.scene, shape, material_matte(grey(1)))->transform = transform;
     struct trace_settings settings = settings_of(&world.scene);
-    world.plan = plan_create(&world.scene, &settings);
+    world.plan = plan_create(&world.scene, &settings, 1);
     return world;
 }
 
@@ -52,7 +52,7 @@ static bool nearest_hit(const struct world *world, const struct ray *ray, struct
     ray_batch_push(&rays, ray);
     hit_batch_reserve(&hits, 1);
     kernel_ref.closest(world->plan, &rays, &hits);
-    *hit = (struct hit){hits.t[0], hits.id[0], hits.side[0], hits.part[0]};
+    *hit = hit_at(world->plan, &rays, &hits, 0);
     ray_batch_finish(&rays);
     hit_batch_finish(&hits);
     return hit->id != PRIMITIVE_NONE;

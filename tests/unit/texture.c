@@ -47,7 +47,7 @@ static struct world world_of(struct shape shape, struct texture texture, struct 
         for (int face = 0; face < BOX_FACES; face++)
             add_ramp(&world.scene, (float)face / 8);
     struct trace_settings settings = settings_of(&world.scene);
-    world.plan = plan_create(&world.scene, &settings);
+    world.plan = plan_create(&world.scene, &settings, 1);
     return world;
 }
 
@@ -363,7 +363,7 @@ static void a_plain_image_is_plain(void **state)
         world.scene.materials[0].color.image[face] = 6;
     plan_destroy(&world.plan);
     struct trace_settings settings = settings_of(&world.scene);
-    world.plan = plan_create(&world.scene, &settings);
+    world.plan = plan_create(&world.scene, &settings, 1);
     for (uint32_t i = 0; i < 20000; i++) {
         double wide = ldexp(1, (int)(i % 40) - 20), narrow = ldexp(1, (int)(i / 40 % 40) - 20);
         struct vec3 color = color_over(&world, random_vector(i, 0), vec3_scale(random_vector(i, 3), wide),
@@ -413,7 +413,7 @@ static void filtering_is_not_wider_than_the_footprint(void **state)
             world.scene.materials[0].color.image[face] = image;
         plan_destroy(&world.plan);
         struct trace_settings settings = settings_of(&world.scene);
-        world.plan = plan_create(&world.scene, &settings);
+        world.plan = plan_create(&world.scene, &settings, 1);
         struct vec3 by_x = {4 * 2.0 / 64, 0, 0}, by_y = {0, 0, 4 * 4.0 / 64}; /* the map is 2 × 4 */
         for (int i = 0; i < 100; i++) {
             struct vec3 p = {-1 + 2 * (0.3 + 0.001 * i), 0, 1};

@@ -12,11 +12,12 @@
 
 #include "tests/random.h"
 #include "tests/scene_builder.h"
+#include "tests/unit/roots_help.h"
 
-static struct span span_of_triangle(const struct triangle *triangle, struct vec3 origin, struct vec3 direction)
+static struct roots roots_with(const struct triangle *triangle, struct vec3 origin, struct vec3 direction)
 {
     struct shear shear = shear_of(direction);
-    return triangle_span(triangle, origin, direction, &shear);
+    return triangle_roots(triangle, origin, direction, &shear);
 }
 
 /* Counter-clockwise seen from +z. */
@@ -25,14 +26,14 @@ static const struct triangle facing = {{0, 0, 1}, {2, 0, 1}, {0, 2, 1}, {{0, 0, 
 static void front_is_counter_clockwise(void **state)
 {
     (void)state;
-    struct span front = span_of_triangle(&facing, vec3_make(0.5, 0.5, 5), vec3_make(0, 0, -1));
-    assert_int_equal(front.roots, SPAN_ENTER);
+    struct roots front = roots_with(&facing, vec3_make(0.5, 0.5, 5), vec3_make(0, 0, -1));
+    assert_int_equal(which(front), ENTERS);
     assert_true(front.enter == 4);
-    struct span back = span_of_triangle(&facing, vec3_make(0.5, 0.5, -5), vec3_make(0, 0, 1));
-    assert_int_equal(back.roots, SPAN_LEAVE);
+    struct roots back = roots_with(&facing, vec3_make(0.5, 0.5, -5), vec3_make(0, 0, 1));
+    assert_int_equal(which(back), LEAVES);
     assert_true(back.leave == 6);
-    assert_int_equal(span_of_triangle(&facing, vec3_make(1.5, 1.5, 5), vec3_make(0, 0, -1)).roots, 0);
-    assert_int_equal(span_of_triangle(&facing, vec3_make(-3, 0.5, 1), vec3_make(1, 0, 0)).roots,
+    assert_int_equal(which(roots_with(&facing, vec3_make(1.5, 1.5, 5), vec3_make(0, 0, -1))), 0);
+    assert_int_equal(which(roots_with(&facing, vec3_make(-3, 0.5, 1), vec3_make(1, 0, 0))),
                      0); /* in its plane */
 }
 
@@ -52,9 +53,10 @@ static void triangle_is_met_where_it_is(void **state)
         if (fabs(steep) < 1e-2)
             continue;
         struct shear shear = shear_of(d);
-        struct span span = triangle_span(&t, o, d, &shear);
-        assert_int_equal(span.roots, steep > 0 ? SPAN_ENTER : SPAN_LEAVE);
-        assert_true(fabs(span.enter - distance) <= 1e-12); /* a few ulp of 20 over the least |d · n| */
+        struct roots roots = triangle_roots(&t, o, d, &shear);
+        assert_int_equal(which(roots), steep > 0 ? ENTERS : LEAVES);
+        double met = steep > 0 ? roots.enter : roots.leave;
+        assert_true(fabs(met - distance) <= 1e-12); /* a few ulp of 20 over the least |d · n| */
         struct vec3 weights = triangle_weights(&t, o, &shear);
         assert_true(vec3_max_abs(vec3_sub(weights, vec3_make(u, v, w))) <= 1e-12);
         fronts += steep > 0;
@@ -76,13 +78,13 @@ static void degenerate_triangles_are_harmless(void **state)
         for (uint32_t i = 0; i < 10000; i++) {
             struct vec3 o = vec3_scale(random_vector(i, 0), 3);
             struct vec3 target = vec3_mix(flat[k].a, flat[k].c, random_between(i, 3, 0, 1));
-            struct span span = span_of_triangle(&flat[k], o, vec3_normalize(vec3_sub(target, o)));
-            assert_true(!span.roots || isfinite(span.enter));
+            struct roots roots = roots_with(&flat[k], o, vec3_normalize(vec3_sub(target, o)));
+            assert_true(!isinf(roots.enter) && !isinf(roots.leave));
         }
     const struct triangle needle = triangle_make(vec3_make(0, 0, 1), vec3_make(1e8, 0, 1), vec3_make(0, 1, 1));
-    struct span span = span_of_triangle(&needle, vec3_make(5e7, 0.25, 3), vec3_make(0, 0, -1));
-    assert_int_equal(span.roots, SPAN_ENTER);
-    assert_true(span.enter == 2);
+    struct roots roots = roots_with(&needle, vec3_make(5e7, 0.25, 3), vec3_make(0, 0, -1));
+    assert_int_equal(which(roots), ENTERS);
+    assert_true(roots.enter == 2);
 }
 
 /* From inside a closed mesh every ray leaves it, also through edges and vertices, and enters as often as it
@@ -104,9 +106,9 @@ static void closed_mesh_does_not_leak(void **state)
         for (size_t k = 0; k < mesh->triangle_count && !left; k++) {
             const uint32_t *v = &mesh->index[3 * k];
             struct triangle t = triangle_make(mesh->points[v[0]], mesh->points[v[1]], mesh->points[v[2]]);
-            struct span span = triangle_span(&t, o, d, &shear);
-            assert_true(!(span.roots & SPAN_ENTER) || span.enter < 0);
-            left = (span.roots & SPAN_LEAVE) && span.leave > 0;
+            struct roots roots = triangle_roots(&t, o, d, &shear);
+            assert_true(!(which(roots) & ENTERS) || roots.enter < 0);
+            left = (which(roots) & LEAVES) && roots.leave > 0;
         }
         leaks += !left;
     }
@@ -125,21 +127,21 @@ static void cube_mesh_equals_the_box(void **state)
         ->transform = affine_scaling(vec3_make(-1, 1, 1));
     scene_add(&scene, shape_box(vec3_make(-1, -1, -1), vec3_make(1, 1, 1)), material_matte(grey(1)));
     struct trace_settings settings = settings_of(&scene);
-    struct plan *plan = plan_create(&scene, &settings);
+    struct plan *plan = plan_create(&scene, &settings, 1);
     for (uint32_t i = 0; i < 200000; i++) {
         struct vec3 o = vec3_scale(random_unit(i, 0), 5), target = random_vector(i, 3), center = {0, 0, -8};
         struct vec3 d = vec3_normalize(vec3_sub(target, o));
         struct shear shear = shear_of(d);
         o = vec3_add(o, center);
-        struct span box = plan_span(plan, 24, o, d, &shear);
+        struct roots box = plan_roots(plan, 24, o, d, &shear);
         for (uint32_t first = 0; first < 24; first += 12) {
             int enters = 0, leaves = 0;
             for (uint32_t id = first; id < first + 12; id++) {
-                struct span span = plan_span(plan, id, o, d, &shear);
-                enters += (span.roots & SPAN_ENTER) && fabs(span.enter - box.enter) < 1e-12;
-                leaves += (span.roots & SPAN_LEAVE) && fabs(span.leave - box.leave) < 1e-12;
+                struct roots roots = plan_roots(plan, id, o, d, &shear);
+                enters += (which(roots) & ENTERS) && fabs(roots.enter - box.enter) < 1e-12;
+                leaves += (which(roots) & LEAVES) && fabs(roots.leave - box.leave) < 1e-12;
             }
-            assert_int_equal(box.roots, 3);
+            assert_int_equal(which(box), 3);
             assert_int_equal(enters, 1);
             assert_int_equal(leaves, 1);
         }
