@@ -32,7 +32,10 @@ ISAS_aarch64 = neon
 FLAGS_avx2   = -mavx2
 FLAGS_avx512 = -mavx512f -mavx512vl -mavx512dq -mavx512bw -mprefer-vector-width=512
 ISAS   := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine))))
-LANE_OBJECTS = $(foreach isa,$(ISAS),$(LANES:%.c=$(B)/obj/%.$(isa).o))
+# The scalar kernel has calls of its own for what goes through the tree; the others it has without vectors.
+FLAGS_ref    = -fno-tree-vectorize
+LANES_ref    = $(filter-out %/closest.c %/shadow.c,$(LANES))
+LANE_OBJECTS = $(foreach isa,$(ISAS),$(LANES:%.c=$(B)/obj/%.$(isa).o)) $(LANES_ref:%.c=$(B)/obj/%.ref.o)
 
 FARM    = $(filter-out %/main.c,$(wildcard coordinator/*.c worker/*.c))
 OBJECTS = $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM) $(wildcard coordinator/main.c worker/main.c))
@@ -87,7 +90,7 @@ $(B)/obj/common/trace/lanes/%.$(1).o: common/trace/lanes/%.c $(B)/core_revision.
 	$(if $(V),,@echo '  CC   $$< ($(1))')
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -DLANES_SUFFIX=$(1) $(FLAGS_$(1)) -MMD -MP -c -o $$@ $$<
 endef
-$(foreach isa,$(ISAS),$(eval $(call LANES_RULE,$(isa))))
+$(foreach isa,ref $(ISAS),$(eval $(call LANES_RULE,$(isa))))
 
 $(B)/libweft.a: $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM)) $(LANE_OBJECTS)
 	@rm -f $@

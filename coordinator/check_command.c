@@ -33,8 +33,9 @@ static enum status handle_option(void *context, int key, const char *argument, s
 static void print_primitives(const struct plan *plan)
 {
     static const char *const names[PRIMITIVE_KINDS] = {
-        [PRIMITIVE_SPHERE] = "spheres", [PRIMITIVE_ELLIPSOID] = "ellipsoids", [PRIMITIVE_PLANE] = "planes",
-        [PRIMITIVE_DISC] = "discs", [PRIMITIVE_FRUSTUM] = "cylinders, cones and frustums", [PRIMITIVE_BOX] = "boxes",
+        [PRIMITIVE_SPHERE] = "spheres", [PRIMITIVE_GLOBE] = "spheres with the camera near their surface",
+        [PRIMITIVE_ELLIPSOID] = "ellipsoids", [PRIMITIVE_PLANE] = "planes", [PRIMITIVE_DISC] = "discs",
+        [PRIMITIVE_FRUSTUM] = "cylinders, cones and frustums", [PRIMITIVE_BOX] = "boxes",
         [PRIMITIVE_TRIANGLE] = "triangles"};
     printf("primitives: %zu\n", plan->primitive_count);
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)

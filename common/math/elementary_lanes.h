@@ -100,14 +100,15 @@ static inline double elementary_log2(double x)
 
 /* x to the power y, such as a highlight's, for 0 <= x <= 1 and 0 < y <= 1e300. The relative error is at most 7e-16 for
  * each e-fold that the power is below 1, plus 7e-16: 6e-15 at 0.001, 5e-13 at 1e-308. An x above 1, as rounding makes
- * them, counts as 1, and an x or a power below 2^-1022 as 0. Neither argument may be a NaN. */
+ * them, counts as 1, and an x (also a negative one) or a power below 2^-1022 as 0. Neither argument may be a NaN. */
 static inline double math_pow_unit(double x, double y)
 {
     double exponent = y * elementary_log2(x < 1 ? x : 1);
     double bounded = exponent > -1022 ? exponent : 0;
     double n = elementary_nearest(bounded), r = (bounded - n) * 0x1.62e42fefa39efp-1;
     double power = (1 + (r + elementary_exp_beyond_linear(r))) * elementary_power_of_two(n);
-    return exponent > -1022 && x >= 0x1p-1022 ? power : 0;
+    power = exponent > -1022 ? power : 0;
+    return x >= 0x1p-1022 ? power : 0;
 }
 
 /* --- arc tangent ------------------------------------------------------------------------------------------ */

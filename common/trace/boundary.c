@@ -177,3 +177,16 @@ void boundary_batch_find(struct boundary_batch *batch, const struct plan *plan, 
         qsort(batch->walls.items, batch->walls.count, sizeof *batch->walls.items, compare_walls);
     replace_hits(&batch->walls, hits);
 }
+
+size_t boundary_batch_first(const struct boundary_batch *batch, uint32_t ray)
+{
+    size_t first = 0, end = batch->walls.count;
+    while (first < end) {
+        size_t middle = first + (end - first) / 2;
+        if (batch->walls.items[middle].ray < ray)
+            first = middle + 1;
+        else
+            end = middle;
+    }
+    return first;
+}

@@ -41,4 +41,7 @@ void boundary_batch_pass_start(struct boundary_batch *batch, const struct plan *
 void boundary_batch_find(struct boundary_batch *batch, const struct plan *plan, const struct kernel *kernel,
                          const struct ray_batch *rays, struct hit_batch *hits);
 
+/* Where the walls of that ray's boundary begin; none are there if its hit is the only one. */
+size_t boundary_batch_first(const struct boundary_batch *batch, uint32_t ray);
+
 #endif

@@ -72,6 +72,9 @@ bool bounds_of_primitive(const struct plan *plan, uint32_t id, struct bounds *bo
     case PRIMITIVE_SPHERE:
         *bounds = sphere_bounds(&plan->spheres[index]);
         return true;
+    case PRIMITIVE_GLOBE:
+        *bounds = sphere_bounds(&plan->globes[index].sphere);
+        return true;
     case PRIMITIVE_ELLIPSOID:
         *bounds = ellipsoid_bounds(&plan->ellipsoids[index]);
         return true;

@@ -29,13 +29,20 @@ struct roots {
     double enter, leave;
 };
 
-/* The pieces of a primitive's surface. */
+/* The pieces of a primitive's surface; those of box and frustum are found by box_part and frustum_part. */
 enum { PART_SIDE = 0, PART_NARROW_CAP = 1, PART_WIDE_CAP = 2 }; /* frustum */
 /* Boxes use the face's index 0..5: +x −x +y −y +z −z. All else has part 0. */
 
 struct sphere {
     struct vec3 center;
     double radius;
+};
+
+/* A sphere whose surface passes near the eye, compared with its size. power is that of the eye, |center|² − radius²,
+ * from the unrounded centre. */
+struct globe {
+    struct sphere sphere;
+    double power;
 };
 
 /* A sphere under a transform that is no similarity: frame (p − center) is on the unit sphere. */
@@ -50,24 +57,27 @@ struct plane {
     double offset;
 };
 
-/* The points of the plane with (u · q)² + (v · q)² <= 1, q = p − center. */
+/* The points of the plane with (u · q)² + (v · q)² <= 1, q = p − center, which is a point of the plane to rounding. */
 struct disc {
     struct plane plane;
     struct vec3 center, u, v;
 };
 
-/* Cone, cylinder and frustum. With (x, y, z) = frame (p − origin): x² + y² <= ρ(z)², 0 <= z <= height, where
- * ρ(z) = radius + slope z is the local radius, radius >= 0 that of the narrow end (0 at a cone's apex) and
- * slope >= 0 constant. open: only the side belongs to it. */
+/* Cone, cylinder and frustum. With (x, y, z) = frame (p − origin): x² + y² <= ρ(z)², between the planes z = 0 and
+ * z = height, where ρ(z) = radius + slope z is the local radius, radius >= 0 that of the narrow end (0 at a cone's
+ * apex) and slope >= 0 constant. open: only the side belongs to it. */
 struct frustum {
     struct mat3 frame;
     struct vec3 origin; /* centre of the narrow end */
     double radius, slope, height;
+    double balance;   /* see frustum_approach */
+    struct vec3 axis; /* unit vector from the narrow end to the wide one, across both */
+    double low, high; /* the ends again, as planes: low <= axis · p <= high */
     bool open;
 };
 
-/* With q = frame p: low.x <= q.x <= high.x and so on. Without a centre, faces in one plane have equal bits, and
- * nothing is lost far from the origin. */
+/* With q = frame p: low.x <= q.x <= high.x and so on. The frame's rows are unit vectors. Without a centre, faces in one
+ * plane have equal bits, and nothing is lost far from the origin. */
 struct box {
     struct mat3 frame;
     struct vec3 low, high;
@@ -87,13 +97,9 @@ struct shear {
 
 struct triangle triangle_make(struct vec3 a, struct vec3 b, struct vec3 c);
 
-/* The piece of the surface at that root of the ray, which it has. */
-uint8_t box_part(const struct box *box, struct vec3 origin, struct vec3 direction, enum side side);
-uint8_t frustum_part(const struct frustum *frustum, struct vec3 origin, struct vec3 direction, enum side side);
-
-/* The barycentric weights (of a, b, c; not negative, sum 1 to rounding) of the point where the ray meets the
- * triangle, which it does. */
-struct vec3 triangle_weights(const struct triangle *triangle, struct vec3 origin, const struct shear *shear);
+/* narrow and wide: the centres of the ends. */
+struct frustum frustum_make(struct mat3 frame, struct vec3 narrow, struct vec3 wide, double radius, double slope,
+                            double height, bool open);
 
 /* --- intervals -------------------------------------------------------------------------------------------- */
 

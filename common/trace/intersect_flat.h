@@ -22,12 +22,10 @@ static inline struct roots plane_roots(const struct plane *plane, struct vec3 or
 
 static inline struct roots disc_roots(const struct disc *disc, struct vec3 origin, struct vec3 direction)
 {
-    struct vec3 o = vec3_sub(origin, disc->center);
-    double cosine = vec3_dot(disc->plane.normal, direction);
-    double t = -vec3_dot(disc->plane.normal, o) / cosine;
-    struct vec3 p = vec3_add_scaled(o, direction, t);
-    double u = vec3_dot(disc->u, p), v = vec3_dot(disc->v, p);
-    return flat_roots(u * u + v * v <= 1 ? t : NAN, -cosine);
+    double t = plane_distance(&disc->plane, origin, direction);
+    struct vec3 q = vec3_add_scaled(vec3_sub(origin, disc->center), direction, t);
+    double u = vec3_dot(disc->u, q), v = vec3_dot(disc->v, q);
+    return flat_roots(u * u + v * v <= 1 ? t : NAN, -vec3_dot(disc->plane.normal, direction));
 }
 
 static inline struct roots box_roots(const struct box *box, struct vec3 origin, struct vec3 direction)
@@ -38,6 +36,30 @@ static inline struct roots box_roots(const struct box *box, struct vec3 origin, 
     inside = interval_cut(inside, interval_of_slab(o.y, d.y, box->low.y, box->high.y));
     inside = interval_cut(inside, interval_of_slab(o.z, d.z, box->low.z, box->high.z));
     return interval_ends(inside);
+}
+
+/* Where a ray meets the slab that bounds it last on its way to the nearer (SIDE_ENTER) or farther side of a box, counted
+ * so that the largest is the one that it meets there; and which of the two faces that is: 0 or 1. */
+struct box_wall {
+    double rank, face;
+};
+
+static inline struct box_wall box_wall(double o, double d, double low, double high, double side)
+{
+    struct interval slab = interval_of_slab(o, d, low, high);
+    double inwards = side == SIDE_ENTER ? d : -d;
+    return (struct box_wall){side == SIDE_ENTER ? slab.low : -slab.high, inwards > 0 ? 1 : 0};
+}
+
+/* The face at that root (SIDE_ENTER or SIDE_LEAVE) of the ray, which has it. */
+static inline double box_part(const struct box *box, struct vec3 origin, struct vec3 direction, double side)
+{
+    struct vec3 o = mat3_apply(&box->frame, origin), d = mat3_apply(&box->frame, direction);
+    struct box_wall x = box_wall(o.x, d.x, box->low.x, box->high.x, side);
+    struct box_wall y = box_wall(o.y, d.y, box->low.y, box->high.y, side);
+    struct box_wall z = box_wall(o.z, d.z, box->low.z, box->high.z, side);
+    double part = y.rank > x.rank ? 2 + y.face : x.face, rank = y.rank > x.rank ? y.rank : x.rank;
+    return z.rank > rank ? 4 + z.face : part;
 }
 
 /* --- triangles -------------------------------------------------------------------------------------------- */
@@ -99,6 +121,17 @@ static inline struct roots triangle_roots(const struct triangle *triangle, struc
     double t = plane_distance(&triangle->plane, origin, direction);
     /* Counter-clockwise, so seen from the front, makes the areas positive. */
     return flat_roots(met ? t : NAN, (area.x + area.y + area.z) * shear->winding);
+}
+
+/* The barycentric weights (of a, b, c; not negative, sum 1 to rounding) of the point where the ray meets the
+ * triangle, which it does. */
+static inline struct vec3 triangle_weights(const struct triangle *triangle, struct vec3 origin,
+                                           const struct shear *shear)
+{
+    struct vec3 area = edge_areas(sheared(triangle->a, origin, shear), sheared(triangle->b, origin, shear),
+                                  sheared(triangle->c, origin, shear));
+    double total = area.x + area.y + area.z;
+    return vec3_make(area.x / total, area.y / total, area.z / total);
 }
 
 #endif

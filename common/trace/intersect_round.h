@@ -1,4 +1,4 @@
-/* Where rays meet spheres, ellipsoids and frustums. Without branches: see intersect.h. */
+/* Where rays meet spheres, globes, ellipsoids and frustums. Without branches: see intersect.h. */
 #ifndef WEFT_TRACE_INTERSECT_ROUND_H
 #define WEFT_TRACE_INTERSECT_ROUND_H
 
@@ -37,6 +37,40 @@ static inline struct roots ellipsoid_roots(const struct ellipsoid *ellipsoid, st
     return (struct roots){inside.low, inside.high};
 }
 
+/* --- globes ----------------------------------------------------------------------------------------------- */
+
+/* Whether p is nearer to the eye than half the radius. */
+static inline bool globe_is_near(const struct globe *globe, struct vec3 p)
+{
+    return vec3_dot(p, p) < 0.25 * globe->sphere.radius * globe->sphere.radius;
+}
+
+/* The power of point p, |p − center|² − radius². Near the eye it is p² − 2 p · center plus the eye's power, where only
+ * numbers of the size of |p| radius are rounded, instead of radius²: what there is lost of a height above the ground is
+ * 2^-53 of the distance, not of the radius. */
+static inline double globe_power(const struct globe *globe, struct vec3 p)
+{
+    const struct sphere *sphere = &globe->sphere;
+    struct vec3 q = vec3_sub(p, sphere->center);
+    double near = vec3_dot(p, p) - 2 * vec3_dot(p, sphere->center) + globe->power;
+    double far = vec3_dot(q, q) - sphere->radius * sphere->radius;
+    return globe_is_near(globe, p) ? near : far;
+}
+
+/* The product of the roots is the origin's power; and their sum twice the way to the middle, `middle`. From there
+ * farther away than the radius, the discriminant middle² − power would lose more than that of sphere_roots. */
+static inline struct roots globe_roots(const struct globe *globe, struct vec3 origin, struct vec3 direction)
+{
+    const struct sphere *sphere = &globe->sphere;
+    struct vec3 o = vec3_sub(origin, sphere->center);
+    double middle = -vec3_dot(o, direction), power = globe_power(globe, origin);
+    struct vec3 nearest = vec3_add_scaled(o, direction, middle);
+    double far = sphere->radius * sphere->radius - vec3_dot(nearest, nearest);
+    double discriminant = globe_is_near(globe, origin) ? middle * middle - power : far;
+    struct interval inside = quadratic_roots(1, -middle, power, discriminant);
+    return (struct roots){inside.low, inside.high};
+}
+
 /* --- frustums --------------------------------------------------------------------------------------------- */
 
 /* Where a ray is within the infinite cone or cylinder x² + y² <= (ρ + δ t)² on the nappe where ρ + δ t >= 0. With
@@ -66,8 +100,7 @@ static inline struct interval quadric_interval(double ox, double oy, double rho,
  * that is lost is one rounding of the distance. The parameter of that point. */
 static inline double frustum_approach(const struct frustum *frustum, struct vec3 o, struct vec3 d)
 {
-    double shorten = frustum->radius / frustum->height + frustum->slope;
-    struct vec3 weighted = vec3_mul(d, vec3_make(1, 1, shorten * shorten));
+    struct vec3 weighted = vec3_mul(d, vec3_make(1, 1, frustum->balance));
     return -vec3_dot(o, weighted) / vec3_dot(d, weighted);
 }
 
@@ -84,8 +117,9 @@ static inline struct frustum_cut frustum_cut(const struct frustum *frustum, stru
     o = vec3_add_scaled(o, d, start);
     struct interval side = quadric_interval(o.x, o.y, frustum->radius + frustum->slope * o.z, d.x, d.y,
                                             frustum->slope * d.z);
-    struct interval ends = interval_of_slab(o.z, d.z, 0, frustum->height);
-    return (struct frustum_cut){interval_shifted(side, start), interval_shifted(ends, start)};
+    struct interval ends = interval_of_slab(vec3_dot(frustum->axis, origin), vec3_dot(frustum->axis, direction),
+                                            frustum->low, frustum->high);
+    return (struct frustum_cut){interval_shifted(side, start), ends};
 }
 
 static inline struct roots frustum_capped_roots(const struct frustum *frustum, struct vec3 origin,
@@ -112,6 +146,26 @@ static inline struct roots frustum_roots(const struct frustum *frustum, struct v
 {
     return frustum->open ? frustum_open_roots(frustum, origin, direction)
                          : frustum_capped_roots(frustum, origin, direction);
+}
+
+/* The piece of a capped frustum's surface at that root (SIDE_ENTER or SIDE_LEAVE) of the ray, which has it. */
+static inline double frustum_capped_part(const struct frustum *frustum, struct vec3 origin, struct vec3 direction,
+                                         double side)
+{
+    struct frustum_cut cut = frustum_cut(frustum, origin, direction);
+    double axial = vec3_dot(frustum->axis, direction);
+    double into_wide = side == SIDE_ENTER ? -axial : axial;
+    double end = side == SIDE_ENTER ? cut.ends.low : -cut.ends.high;
+    double wall = side == SIDE_ENTER ? cut.side.low : -cut.side.high;
+    double cap = into_wide < 0 ? PART_NARROW_CAP : PART_WIDE_CAP;
+    double part = end >= wall ? cap : PART_SIDE;
+    return cut.ends.low <= cut.ends.high ? part : PART_SIDE;
+}
+
+static inline double frustum_part(const struct frustum *frustum, struct vec3 origin, struct vec3 direction,
+                                  double side)
+{
+    return frustum->open ? PART_SIDE : frustum_capped_part(frustum, origin, direction, side);
 }
 
 #endif

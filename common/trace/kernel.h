@@ -7,6 +7,7 @@
 
 #include "trace/plan.h"
 #include "trace/ray.h"
+#include "trace/surfaces.h"
 
 /* Where a shadow ray passes a surface that lets light through. */
 struct crossing {
@@ -28,16 +29,51 @@ void crossing_list_push(struct crossing_list *list, const struct crossing *cross
 /* How many crossings from items[start] on are of that ray. */
 size_t crossing_list_run(const struct crossing_list *list, size_t start, uint32_t ray);
 
+/* What one light would add to each of a generation's surfaces if nothing stood between: shadow rays that start on the
+ * surface, and radiance, which is 0 where none is needed. Arrays as in ray_batch. */
+struct lighting {
+    size_t capacity;
+    double *direction[3], *t_min, *t_max, *radiance[3];
+};
+
+void lighting_finish(struct lighting *lighting);
+void lighting_reserve(struct lighting *lighting, size_t capacity);
+
+/* Surfaces, by number, that mirror `share` of the light. Arrays as in ray_batch. */
+struct mirrored {
+    size_t count, capacity;
+    uint32_t *surface;
+    double *share[3];
+};
+
+void mirrored_finish(struct mirrored *mirrored);
+void mirrored_push(struct mirrored *mirrored, uint32_t surface, struct vec3 share);
+
+/* A kernel's calls, in the order in which a generation of paths needs them. */
 struct kernel {
     const char *name;
 
     /* The hit of each ray into hits[0..rays->count). */
     void (*closest)(const struct plan *plan, const struct ray_batch *rays, struct hit_batch *hits);
 
+    /* Points, normals and, where the plan needs them, footprints of surfaces that have been collected: part, position,
+     * error, normal, spread; shading_normal as if no mesh were smooth, and turned nowhere yet. */
+    void (*surface)(const struct plan *plan, const struct path_batch *paths, struct surfaces *surfaces);
+
+    /* From normal and shading_normal: facing, and shading_normal turned likewise. */
+    void (*face)(struct surfaces *surfaces);
+
+    /* What plan light `light` would add to each surface. */
+    void (*light)(const struct plan *plan, size_t light, const struct surfaces *surfaces, struct lighting *lighting);
+
     /* Sets blocked[i] to whether ray i meets anything that blocks light, and appends, in any order, all
      * crossings of the rays that are not blocked (and perhaps some of blocked ones). */
     void (*shadow)(const struct plan *plan, const struct ray_batch *rays, uint8_t *blocked,
                    struct crossing_list *crossings);
+
+    /* Adds a path for each mirrored surface to the children, in order. */
+    void (*mirror)(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,
+                   const struct mirrored *mirrored, struct path_batch *children);
 };
 
 /* The kernel of that name (ref, sse2, avx2, avx512, neon), or NULL if there is none or this machine cannot run it. */

@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "trace/intersect_flat.h"
-#include "trace/kernel.h"
+#include "trace/lanes/exports.h"
 
 /* --- walking ---------------------------------------------------------------------------------------------- */
 
@@ -157,4 +157,7 @@ static void ref_shadow(const struct plan *plan, const struct ray_batch *rays, ui
     }
 }
 
-const struct kernel kernel_ref = {"ref", ref_closest, ref_shadow};
+/* The rest is the source of the other kernels, compiled for one lane. */
+LANES_DECLARE(ref);
+
+const struct kernel kernel_ref = {"ref", ref_closest, surface_ref, face_ref, light_ref, ref_shadow, mirror_ref};

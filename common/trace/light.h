@@ -1,25 +1,114 @@
 /*
- * Lights: what arrives at a point if nothing is in the way.
+ * Lights: what arrives at a point if nothing is in the way, and what a surface gives back of it.
+ *
+ * For one ray and for lanes of rays: inline functions of doubles, without branches, as intersect.h says. The kind of
+ * light and whether a material has highlights are the same for a whole loop, so there is a function for each.
  */
 #ifndef WEFT_TRACE_LIGHT_H
 #define WEFT_TRACE_LIGHT_H
 
+#include <math.h>
 #include <stdbool.h>
 
+#include "math/elementary.h"
 #include "trace/plan.h"
 
 struct light_arrival {
     struct vec3 direction; /* unit, towards the light */
     double distance;       /* INFINITY for a directional light */
-    struct vec3 strength;  /* light on a surface that faces it */
+    struct vec3 strength;  /* light on a surface that faces it; 0 where the light cannot reach */
 };
 
-/* False if the light cannot reach the position at all: outside a spot's cone, or at the light itself. */
-bool light_arrive(const struct plan_light *light, struct vec3 position, struct light_arrival *arrival);
+/* --- arrival ---------------------------------------------------------------------------------------------- */
 
-/* The Phong surface's answer to light from `to_light`, seen against `direction`: unit vectors, normal on the
- * viewer's side. `color` is the surface's own colour there. Both terms are 0 if the light is behind it. */
-struct vec3 light_phong(const struct plan_material *material, struct vec3 color, struct vec3 normal,
-                        struct vec3 direction, struct vec3 to_light);
+static inline struct light_arrival light_from_afar(const struct plan_light *light)
+{
+    return (struct light_arrival){vec3_neg(light->direction), INFINITY, light->color};
+}
+
+/* The way from a position to a light in space; at the light itself, of no length and upwards. */
+struct light_way {
+    struct vec3 direction;
+    double distance;
+};
+
+static inline struct light_way light_way(const struct plan_light *light, struct vec3 position)
+{
+    struct vec3 offset = vec3_sub(light->position, position);
+    double distance = vec3_length(offset);
+    offset.y = distance == 0 ? 1 : offset.y;
+    return (struct light_way){vec3_normalize(offset), distance};
+}
+
+/* At the end of that way, with `share` of the light going there. */
+static inline struct light_arrival light_fallen_off(const struct plan_light *light, struct light_way way,
+                                                    double share)
+{
+    double falloff = light->falloff[0] + way.distance * (light->falloff[1] + way.distance * light->falloff[2]);
+    double left = share / falloff;
+    left = share > 0 ? left : 0;
+    left = way.distance > 0 ? left : 0;
+    return (struct light_arrival){way.direction, way.distance, vec3_scale(light->color, left)};
+}
+
+static inline struct light_arrival light_from_point(const struct plan_light *light, struct vec3 position)
+{
+    return light_fallen_off(light, light_way(light, position), 1);
+}
+
+/* 0 outside the outer cone, 1 inside the inner one, smooth between. */
+static inline double light_spot_share(const struct plan_light *light, struct vec3 to_light)
+{
+    double cosine = -vec3_dot(to_light, light->direction);
+    double s = (cosine - light->outer_cosine) / (light->inner_cosine - light->outer_cosine);
+    double share = s * s * (3 - 2 * s);
+    share = cosine >= light->inner_cosine ? 1 : share;
+    return cosine < light->outer_cosine ? 0 : share;
+}
+
+static inline struct light_arrival light_from_spot(const struct plan_light *light, struct vec3 position)
+{
+    struct light_way way = light_way(light, position);
+    return light_fallen_off(light, way, light_spot_share(light, way.direction));
+}
+
+/* For one ray: by a branch. False if none of the light can reach the position: outside a spot's cone, or at the light
+ * itself. */
+static inline bool light_arrive(const struct plan_light *light, struct vec3 position, struct light_arrival *arrival)
+{
+    *arrival = light->kind == LIGHT_DIRECTIONAL ? light_from_afar(light)
+               : light->kind == LIGHT_SPOT      ? light_from_spot(light, position)
+                                                : light_from_point(light, position);
+    return !vec3_is_zero(arrival->strength);
+}
+
+/* --- Phong surfaces --------------------------------------------------------------------------------------- */
+
+/* A surface's answers to light from `to_light`, seen against `direction`: unit vectors, normal on the viewer's side.
+ * `color` is the surface's own colour there. Both are 0 if the light is behind it. */
+static inline struct vec3 light_diffuse(const struct plan_material *material, struct vec3 color, struct vec3 normal,
+                                        struct vec3 to_light)
+{
+    double cosine = vec3_dot(normal, to_light);
+    double lit = cosine > 0 ? cosine : 0;
+    return vec3_scale(vec3_mul(color, material->surface_share), material->diffuse * lit);
+}
+
+static inline struct vec3 light_highlight(const struct plan_material *material, struct vec3 normal,
+                                          struct vec3 direction, struct vec3 to_light)
+{
+    double cosine = vec3_dot(normal, to_light);
+    struct vec3 mirrored = vec3_sub(vec3_scale(normal, 2 * cosine), to_light);
+    double towards_eye = -vec3_dot(mirrored, direction);
+    return vec3_scale(material->specular, math_pow_unit(cosine > 0 ? towards_eye : 0, material->shininess));
+}
+
+/* Both together. For one ray: by a branch. */
+static inline struct vec3 light_phong(const struct plan_material *material, struct vec3 color, struct vec3 normal,
+                                      struct vec3 direction, struct vec3 to_light)
+{
+    struct vec3 diffuse = light_diffuse(material, color, normal, to_light);
+    return material->highlights ? vec3_add(diffuse, light_highlight(material, normal, direction, to_light)) : diffuse;
+}
 
 #endif

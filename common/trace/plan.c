@@ -206,9 +206,10 @@ void plan_destroy(struct plan **plan_pointer)
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
         free(plan->ids[kind]);
     bvh_finish(&plan->bvh);
-    void *const arrays[] = {plan->primitives, plan->spheres,   plan->ellipsoids, plan->planes,   plan->discs,
-                            plan->frustums,   plan->boxes,     plan->triangles,  plan->objects,  plan->meshes,
-                            plan->materials,  plan->textures,  plan->images,     plan->lights,   plan->camera_media};
+    void *const arrays[] = {plan->primitives, plan->spheres,   plan->globes,    plan->ellipsoids, plan->planes,
+                            plan->discs,      plan->frustums,  plan->boxes,     plan->triangles,  plan->objects,
+                            plan->meshes,     plan->materials, plan->textures,  plan->images,     plan->lights,
+                            plan->camera_media};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     free(plan);
@@ -220,6 +221,7 @@ enum wall plan_wall(const struct plan *plan, uint32_t id)
     const struct primitive *primitive = &plan->primitives[id];
     switch ((enum primitive_kind)primitive->kind) {
     case PRIMITIVE_SPHERE:
+    case PRIMITIVE_GLOBE:
     case PRIMITIVE_ELLIPSOID:
     case PRIMITIVE_BOX:
         return WALL_SOLID;
@@ -236,6 +238,8 @@ static struct roots primitive_roots(const struct plan *plan, const struct primit
     switch ((enum primitive_kind)primitive->kind) {
     case PRIMITIVE_SPHERE:
         return sphere_roots(&plan->spheres[primitive->index], origin, direction);
+    case PRIMITIVE_GLOBE:
+        return globe_roots(&plan->globes[primitive->index], origin, direction);
     case PRIMITIVE_ELLIPSOID:
         return ellipsoid_roots(&plan->ellipsoids[primitive->index], origin, direction);
     case PRIMITIVE_PLANE:
@@ -271,8 +275,8 @@ uint8_t plan_part(const struct plan *plan, uint32_t id, struct vec3 origin, stru
 {
     const struct primitive *primitive = &plan->primitives[id];
     if (primitive->kind == PRIMITIVE_BOX)
-        return box_part(&plan->boxes[primitive->index], origin, direction, side);
+        return (uint8_t)box_part(&plan->boxes[primitive->index], origin, direction, side);
     if (primitive->kind == PRIMITIVE_FRUSTUM)
-        return frustum_part(&plan->frustums[primitive->index], origin, direction, side);
+        return (uint8_t)frustum_part(&plan->frustums[primitive->index], origin, direction, side);
     return 0;
 }

@@ -22,6 +22,7 @@ struct trace_settings {
 
 enum primitive_kind {
     PRIMITIVE_SPHERE,
+    PRIMITIVE_GLOBE,
     PRIMITIVE_ELLIPSOID,
     PRIMITIVE_PLANE,
     PRIMITIVE_DISC,
@@ -113,6 +114,7 @@ struct plan {
     struct primitive *primitives;
     size_t primitive_count;
     struct sphere *spheres;
+    struct globe *globes;
     struct ellipsoid *ellipsoids;
     struct plane *planes;
     struct disc *discs;

@@ -29,6 +29,7 @@ void plan_order(struct plan *plan, const uint32_t *order)
 #define IN_ORDER(KIND, ARRAY) \
     plan->ARRAY = in_order(plan, plan->ARRAY, sizeof *plan->ARRAY, plan->ids[KIND], plan->count[KIND])
     IN_ORDER(PRIMITIVE_SPHERE, spheres);
+    IN_ORDER(PRIMITIVE_GLOBE, globes);
     IN_ORDER(PRIMITIVE_ELLIPSOID, ellipsoids);
     IN_ORDER(PRIMITIVE_PLANE, planes);
     IN_ORDER(PRIMITIVE_DISC, discs);

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "math/twofold.h"
 #include "trace/plan_parts.h"
 
 /* A transform prepared for placing shapes. scale is that of a similarity, or 0. */
@@ -71,20 +72,53 @@ static void add_primitive(struct plan *plan, uint32_t object, enum primitive_kin
     };
 }
 
+/* The power of the eye with respect to a sphere, from the scene's numbers as they are: much of it cancels. */
+static double power_of_eye(const struct placement *at, struct vec3 center, double radius)
+{
+    const struct mat3 *m = &at->world.linear;
+    const struct vec3 rows[3] = {m->x, m->y, m->z};
+    const double offset[3] = {at->world.offset.x, at->world.offset.y, at->world.offset.z};
+    const double eye[3] = {at->eye.x, at->eye.y, at->eye.z};
+    struct twofold sum = twofold_product(-radius, radius);
+    for (int axis = 0; axis < 3; axis++) {
+        struct twofold c = twofold_add(twofold_sum(offset[axis], -eye[axis]), twofold_product(rows[axis].x, center.x));
+        c = twofold_add(c, twofold_product(rows[axis].y, center.y));
+        c = twofold_add(c, twofold_product(rows[axis].z, center.z));
+        sum = twofold_add(sum, twofold_product(c.high, c.high));
+        sum = twofold_add(sum, twofold_product(2 * c.high, c.low));
+    }
+    return sum.high + sum.low;
+}
+
+/* A sphere's roots are good to 2^-53 of its radius, points on a surface to about 8 DBL_EPSILON = 2^-49 of their distance.
+ * So where the surface is nearer to the eye than this share of the radius, it is the radius that would spoil them. */
+static const double globe_share = 0x1p-4;
+
+static void add_round_sphere(struct plan *plan, uint32_t object, struct vec3 local, double radius,
+                             const struct placement *at)
+{
+    struct sphere sphere = {place(at, local), radius};
+    if (!(fabs(vec3_length(sphere.center) - radius) < globe_share * radius)) {
+        plan->spheres[plan->count[PRIMITIVE_SPHERE]] = sphere;
+        add_primitive(plan, object, PRIMITIVE_SPHERE, -1);
+        return;
+    }
+    plan->globes[plan->count[PRIMITIVE_GLOBE]] = (struct globe){sphere, power_of_eye(at, local, radius)};
+    add_primitive(plan, object, PRIMITIVE_GLOBE, -1);
+}
+
 static void add_sphere(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
 {
-    struct vec3 center = place(at, shape->sphere.center);
     double radius = shape->sphere.radius;
     plan->objects[object].extent = stretch(at) * radius;
     if (at->scale > 0) {
-        plan->spheres[plan->count[PRIMITIVE_SPHERE]] = (struct sphere){center, at->scale * radius};
-        add_primitive(plan, object, PRIMITIVE_SPHERE, -1);
+        add_round_sphere(plan, object, shape->sphere.center, at->scale * radius, at);
         return;
     }
     struct mat3 inverse = mat3_inverse(&at->world.linear);
     struct mat3 frame = {vec3_scale(inverse.x, 1 / radius), vec3_scale(inverse.y, 1 / radius),
                          vec3_scale(inverse.z, 1 / radius)};
-    plan->ellipsoids[plan->count[PRIMITIVE_ELLIPSOID]] = (struct ellipsoid){frame, center};
+    plan->ellipsoids[plan->count[PRIMITIVE_ELLIPSOID]] = (struct ellipsoid){frame, place(at, shape->sphere.center)};
     add_primitive(plan, object, PRIMITIVE_ELLIPSOID, -1);
 }
 
@@ -126,27 +160,29 @@ static void add_frustum(struct plan *plan, uint32_t object, const struct shape *
     vec3_frame(z, &x, &y);
     struct mat3 frame = place_frame(at, x, y, z, &unit);
     plan->objects[object].extent = stretch(at) * (length + wide_radius);
-    plan->frustums[plan->count[PRIMITIVE_FRUSTUM]] = (struct frustum){
-        .frame = frame,
-        .origin = place(at, narrow),
-        .radius = narrow_radius * unit,
-        .slope = (wide_radius - narrow_radius) / length,
-        .height = length * unit,
-        .open = shape->frustum.open,
-    };
+    plan->frustums[plan->count[PRIMITIVE_FRUSTUM]] =
+        frustum_make(frame, place(at, narrow), place(at, wide), narrow_radius * unit,
+                     (wide_radius - narrow_radius) / length, length * unit, shape->frustum.open);
     add_primitive(plan, object, PRIMITIVE_FRUSTUM, axis_of(z));
+}
+
+/* What makes a row of a frame a unit vector: a similarity's is one as it is. */
+static double unit_row(const struct placement *at, struct vec3 row)
+{
+    return at->scale > 0 ? 1 : 1 / vec3_length(row);
 }
 
 static void add_box(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
 {
     double unit;
     struct mat3 frame = place_frame(at, vec3_make(1, 0, 0), vec3_make(0, 1, 0), vec3_make(0, 0, 1), &unit);
+    struct vec3 rows = {unit_row(at, frame.x), unit_row(at, frame.y), unit_row(at, frame.z)};
     struct vec3 eye = mat3_apply(&frame, vec3_sub(at->eye, at->world.offset));
     plan->objects[object].extent = stretch(at) * vec3_length(vec3_sub(shape->box.max, shape->box.min));
     plan->boxes[plan->count[PRIMITIVE_BOX]] = (struct box){
-        .frame = frame,
-        .low = vec3_sub(vec3_scale(shape->box.min, unit), eye),
-        .high = vec3_sub(vec3_scale(shape->box.max, unit), eye),
+        .frame = {vec3_scale(frame.x, rows.x), vec3_scale(frame.y, rows.y), vec3_scale(frame.z, rows.z)},
+        .low = vec3_mul(vec3_sub(vec3_scale(shape->box.min, unit), eye), rows),
+        .high = vec3_mul(vec3_sub(vec3_scale(shape->box.max, unit), eye), rows),
     };
     add_primitive(plan, object, PRIMITIVE_BOX, -1);
 }
@@ -196,6 +232,7 @@ static void allocate(struct plan *plan, const struct scene *scene)
     }
     plan->primitives = memory_array(scene->object_count + triangles, sizeof *plan->primitives);
     plan->spheres = memory_array(shapes[SHAPE_SPHERE], sizeof *plan->spheres);
+    plan->globes = memory_array(shapes[SHAPE_SPHERE], sizeof *plan->globes);
     plan->ellipsoids = memory_array(shapes[SHAPE_SPHERE], sizeof *plan->ellipsoids);
     plan->planes = memory_array(shapes[SHAPE_PLANE], sizeof *plan->planes);
     plan->discs = memory_array(shapes[SHAPE_DISC], sizeof *plan->discs);
@@ -221,4 +258,5 @@ void plan_primitives_build(struct plan *plan, const struct scene *scene)
                                                 .first_primitive = (uint32_t)plan->primitive_count};
         add[from->shape.kind](plan, (uint32_t)i, &from->shape, &at);
     }
+    plan_weld(plan, scene);
 }

@@ -7,13 +7,12 @@
 
 enum { ALIGNMENT = 64 };
 
-static size_t in_packets(size_t count)
+size_t lanes_in_packets(size_t count)
 {
     return (count + PACKET_RAYS - 1) / PACKET_RAYS * PACKET_RAYS;
 }
 
-/* Moves the first `kept` values to a larger array, whose others are 0. */
-static void grow_lanes(double **lanes, size_t kept, size_t capacity)
+void lanes_grow(double **lanes, size_t kept, size_t capacity)
 {
     double *grown = memory_aligned(capacity * sizeof *grown / ALIGNMENT, ALIGNMENT, ALIGNMENT);
     memset(grown, 0, capacity * sizeof *grown);
@@ -38,9 +37,9 @@ void ray_batch_reserve(struct ray_batch *b, size_t capacity)
         return;
     double **arrays[RAY_ARRAYS];
     list_arrays(b, arrays);
-    b->capacity = in_packets(capacity > 2 * b->capacity ? capacity : 2 * b->capacity);
+    b->capacity = lanes_in_packets(capacity > 2 * b->capacity ? capacity : 2 * b->capacity);
     for (int i = 0; i < RAY_ARRAYS; i++)
-        grow_lanes(arrays[i], b->count, b->capacity);
+        lanes_grow(arrays[i], b->count, b->capacity);
 }
 
 void ray_batch_finish(struct ray_batch *b)
@@ -93,18 +92,21 @@ void hit_batch_reserve(struct hit_batch *b, size_t capacity)
 {
     if (capacity <= b->capacity)
         return;
-    b->capacity = in_packets(capacity);
-    grow_lanes(&b->t, 0, b->capacity);
-    grow_lanes(&b->key, 0, b->capacity);
+    b->capacity = lanes_in_packets(capacity);
+    lanes_grow(&b->t, 0, b->capacity);
+    lanes_grow(&b->key, 0, b->capacity);
 }
 
 void path_batch_finish(struct path_batch *b)
 {
     ray_batch_finish(&b->rays);
-    free(b->throughput);
+    for (int axis = 0; axis < 3; axis++) {
+        free(b->throughput[axis]);
+        for (int part = 0; part < 4; part++)
+            free(b->footprint[part][axis]);
+    }
     free(b->sample);
     free(b->medium);
-    free(b->footprint);
     *b = (struct path_batch){0};
 }
 
@@ -113,30 +115,51 @@ void path_batch_clear(struct path_batch *b)
     b->rays.count = 0;
 }
 
+void path_batch_reserve(struct path_batch *b, size_t capacity)
+{
+    ray_batch_reserve(&b->rays, capacity);
+    if (b->capacity >= b->rays.capacity)
+        return;
+    b->capacity = b->rays.capacity;
+    for (int axis = 0; axis < 3; axis++) {
+        lanes_grow(&b->throughput[axis], b->rays.count, b->capacity);
+        for (int part = 0; part < 4; part++)
+            lanes_grow(&b->footprint[part][axis], b->rays.count, b->capacity);
+    }
+    b->sample = memory_resize(b->sample, b->capacity, sizeof *b->sample);
+    b->medium = memory_resize(b->medium, b->capacity, sizeof *b->medium);
+}
+
 void path_batch_push(struct path_batch *b, const struct path *path)
 {
     size_t i = b->rays.count;
+    path_batch_reserve(b, i + 1);
     ray_batch_push(&b->rays, &path->ray);
-    if (b->capacity < b->rays.capacity) {
-        b->capacity = b->rays.capacity;
-        b->throughput = memory_resize(b->throughput, b->capacity, sizeof *b->throughput);
-        b->sample = memory_resize(b->sample, b->capacity, sizeof *b->sample);
-        b->medium = memory_resize(b->medium, b->capacity, sizeof *b->medium);
-        b->footprint = memory_resize(b->footprint, b->capacity, sizeof *b->footprint);
-    }
-    b->throughput[i] = path->throughput;
+    lane_put(b->throughput, i, path->throughput);
+    lane_put(b->footprint[0], i, path->footprint.origin_x);
+    lane_put(b->footprint[1], i, path->footprint.origin_y);
+    lane_put(b->footprint[2], i, path->footprint.direction_x);
+    lane_put(b->footprint[3], i, path->footprint.direction_y);
     b->sample[i] = path->sample;
     b->medium[i] = path->medium;
-    b->footprint[i] = path->footprint;
 }
 
 struct path path_batch_get(const struct path_batch *b, size_t i)
 {
     return (struct path){
         .ray = ray_batch_get(&b->rays, i),
-        .throughput = b->throughput[i],
+        .throughput = lane_get(b->throughput, i),
         .sample = b->sample[i],
         .medium = b->medium[i],
-        .footprint = b->footprint[i],
+        .footprint = {lane_get(b->footprint[0], i), lane_get(b->footprint[1], i), lane_get(b->footprint[2], i),
+                      lane_get(b->footprint[3], i)},
     };
+}
+
+void path_batch_append(struct path_batch *b, const struct path_batch *other)
+{
+    for (size_t i = 0; i < other->rays.count; i++) {
+        struct path path = path_batch_get(other, i);
+        path_batch_push(b, &path);
+    }
 }

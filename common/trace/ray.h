@@ -101,18 +101,42 @@ struct path {
     struct footprint footprint;
 };
 
-/* One generation of paths, in ray-tree order: by sample, then parent by parent, mirrored before transmitted. */
+/* One generation of paths: the mirrored ones, each group in the order of their parents, then the transmitted ones.
+ * Arrays as in ray_batch. */
 struct path_batch {
     struct ray_batch rays;
     size_t capacity;
-    struct vec3 *throughput;
+    double *throughput[3];
+    double *footprint[4][3]; /* the members of struct footprint in turn */
     uint32_t *sample, *medium;
-    struct footprint *footprint;
 };
 
 void path_batch_finish(struct path_batch *batch);
 void path_batch_clear(struct path_batch *batch);
+void path_batch_reserve(struct path_batch *batch, size_t capacity);
 void path_batch_push(struct path_batch *batch, const struct path *path);
+/* Pushes all paths of the other batch. */
+void path_batch_append(struct path_batch *batch, const struct path_batch *other);
 struct path path_batch_get(const struct path_batch *batch, size_t index);
+
+/* --- vectors in lanes ------------------------------------------------------------------------------------- */
+
+static inline struct vec3 lane_get(double *const lanes[3], size_t i)
+{
+    return vec3_make(lanes[0][i], lanes[1][i], lanes[2][i]);
+}
+
+static inline void lane_put(double *const lanes[3], size_t i, struct vec3 v)
+{
+    lanes[0][i] = v.x;
+    lanes[1][i] = v.y;
+    lanes[2][i] = v.z;
+}
+
+/* Moves the first `kept` values of a 64-byte aligned array to a larger one, whose others are 0. */
+void lanes_grow(double **lanes, size_t kept, size_t capacity);
+
+/* The next multiple of PACKET_RAYS. */
+size_t lanes_in_packets(size_t count);
 
 #endif

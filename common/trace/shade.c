@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "math/elementary.h"
+#include "trace/depart.h"
 #include "trace/light.h"
 #include "trace/optics.h"
 
@@ -12,8 +13,8 @@ static double segment_start(const struct ray *ray)
     return ray->key_min == KEY_NONE ? 0 : ray->t_min;
 }
 
-static struct vec3 absorbed_on_the_way(const struct plan *plan, const struct medium_pool *media,
-                                       const struct path *path, double t)
+struct vec3 shading_throughput(const struct plan *plan, const struct medium_pool *media, const struct path *path,
+                               double t)
 {
     if (path->medium == MEDIUM_SPACE)
         return path->throughput;
@@ -31,7 +32,7 @@ void shading_init(struct shading *shading, const struct plan *plan, const struct
                   const struct path *path, const struct hit *hit)
 {
     shading->path = *path;
-    shading->path.throughput = absorbed_on_the_way(plan, media, path, hit->t);
+    shading->path.throughput = shading_throughput(plan, media, path, hit->t);
     shading->hit = *hit;
     shading->material = &plan->materials[plan->objects[plan->primitives[hit->id].object].material];
     shading->surface = surface_at(plan, &path->ray, hit);
@@ -68,12 +69,11 @@ struct vec3 shading_ambient(const struct plan *plan, const struct shading *shadi
 /* A ray from the surface's point. Other surfaces that coincide with this one are not met. */
 static struct ray departing_ray(const struct shading *shading, struct vec3 direction, enum departure departure)
 {
-    double cosine = fabs(vec3_dot(direction, shading->surface.normal));
-    double depth = shading->surface.error + shading->boundary_depth, error = cosine > 0 ? depth / cosine : depth;
+    double error = shading->surface.error + shading->boundary_depth;
     return (struct ray){
         .origin = shading->surface.position,
         .direction = direction,
-        .t_min = error + COINCIDENCE * vec3_max_abs(shading->surface.position),
+        .t_min = depart_t_min(shading->surface.position, error, shading->surface.normal, direction),
         .t_max = INFINITY,
         .key_min = KEY_NONE,
         .from = shading->hit.id,
@@ -101,7 +101,7 @@ void shading_push_shadows(const struct plan *plan, const struct shading *shading
         if (vec3_is_zero(radiance))
             continue;
         struct ray ray = departing_ray(shading, arrival.direction, departure_to(shading, true));
-        ray.t_max = arrival.distance * (1 - COINCIDENCE) - ray.t_min; /* a surface with the light on it is not met */
+        ray.t_max = depart_t_max(ray.t_min, arrival.distance);
         shadow_batch_push(shadows, &ray, vec3_mul(radiance, arrival.strength), owner, shading->path.medium);
     }
 }
@@ -115,20 +115,16 @@ static void push_child(struct path_batch *children, const struct path *path)
 /* Mirrored about the shading normal, or about the geometric one where that would send it into the surface. */
 static void push_mirrored(const struct shading *shading, struct vec3 share, struct path_batch *children)
 {
-    struct vec3 incoming = shading->path.ray.direction, normal = shading->shading_normal;
-    struct vec3 direction = optics_reflect(incoming, normal);
-    if (vec3_dot(direction, shading->normal) <= 0) {
-        normal = shading->normal;
-        direction = optics_reflect(incoming, normal);
-    }
+    struct vec3 incoming = shading->path.ray.direction;
+    struct mirroring mirroring = depart_mirrored(incoming, shading->shading_normal, shading->normal);
     struct path child = shading->path;
-    child.ray = departing_ray(shading, direction, departure_to(shading, true));
+    child.ray = departing_ray(shading, mirroring.direction, departure_to(shading, true));
     child.throughput = vec3_mul(shading->path.throughput, share);
     if (shading->needs_footprints) {
         const struct surface_footprint *spread = &shading->spread;
         const struct footprint *from = &shading->path.footprint;
         /* The formula is even in the normal together with its change, so the outward one serves. */
-        struct vec3 outward = shading->hit.side == SIDE_LEAVE ? vec3_neg(normal) : normal;
+        struct vec3 outward = shading->hit.side == SIDE_LEAVE ? vec3_neg(mirroring.normal) : mirroring.normal;
         child.footprint = (struct footprint){
             .origin_x = spread->position_x,
             .origin_y = spread->position_y,
@@ -240,35 +236,44 @@ static struct vec3 refracting_normal(const struct shading *shading, double ior_h
     return shading->normal;
 }
 
-/* The boundary of dielectrics: between what the path is in now and what it would be in beyond. */
-static void push_dielectric(const struct plan *plan, const struct shading *shading, struct medium_pool *media,
-                            struct path_batch *children)
+/* The boundary of dielectrics: between what the path is in now and what it would be in beyond. Returns how much of the
+ * light is mirrored. */
+static double push_dielectric(const struct plan *plan, const struct shading *shading, struct medium_pool *media,
+                              struct path_batch *transmitted)
 {
     uint32_t here = shading->path.medium, beyond = medium_beyond(plan, shading, media);
     struct vec3 filter = boundary_filter(plan, shading);
     double ior_here = medium_ior(plan, media, here), ior_beyond = medium_ior(plan, media, beyond);
     if (ior_here == ior_beyond) {
-        push_straight(shading, filter, beyond, children);
-        return;
+        push_straight(shading, filter, beyond, transmitted);
+        return 0;
     }
     struct vec3 normal = refracting_normal(shading, ior_here, ior_beyond);
     struct refraction refraction = optics_refraction(shading->path.ray.direction, normal, ior_here, ior_beyond);
-    double reflectance = refraction.reflectance;
-    push_mirrored(shading, vec3_make(reflectance, reflectance, reflectance), children);
-    if (reflectance < 1)
-        push_refracted(shading, &refraction, normal, vec3_scale(filter, 1 - reflectance), beyond, children);
+    if (refraction.reflectance < 1)
+        push_refracted(shading, &refraction, normal, vec3_scale(filter, 1 - refraction.reflectance), beyond, transmitted);
+    return refraction.reflectance;
+}
+
+struct vec3 shading_push_transmitted(const struct plan *plan, const struct shading *shading, struct medium_pool *media,
+                                     struct path_batch *transmitted)
+{
+    const struct plan_material *material = shading->material;
+    if (material->dielectric) {
+        double reflectance = push_dielectric(plan, shading, media, transmitted);
+        return vec3_make(reflectance, reflectance, reflectance);
+    }
+    if (material->transmits)
+        push_straight(shading, vec3_scale(material->filter, material->transparency), shading->path.medium, transmitted);
+    return material->reflection;
 }
 
 void shading_push_children(const struct plan *plan, const struct shading *shading, struct medium_pool *media,
                            struct path_batch *children)
 {
-    const struct plan_material *material = shading->material;
-    if (material->dielectric) {
-        push_dielectric(plan, shading, media, children);
-        return;
-    }
-    if (material->mirrors)
-        push_mirrored(shading, material->reflection, children);
-    if (material->transmits)
-        push_straight(shading, vec3_scale(material->filter, material->transparency), shading->path.medium, children);
+    struct path_batch transmitted = {0};
+    struct vec3 share = shading_push_transmitted(plan, shading, media, &transmitted);
+    push_mirrored(shading, share, children);
+    path_batch_append(children, &transmitted);
+    path_batch_finish(&transmitted);
 }

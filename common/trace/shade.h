@@ -44,6 +44,15 @@ struct vec3 shading_ambient(const struct plan *plan, const struct shading *shadi
 void shading_push_shadows(const struct plan *plan, const struct shading *shading, uint32_t owner,
                           struct shadow_batch *shadows);
 
+/* The path's throughput at t, after what its medium has absorbed on the way. */
+struct vec3 shading_throughput(const struct plan *plan, const struct medium_pool *media, const struct path *path,
+                               double t);
+
+/* Pushes the path that goes on behind the surface, if there is one that carries THROUGHPUT_MIN in some channel. Returns
+ * the share of the light that is mirrored. */
+struct vec3 shading_push_transmitted(const struct plan *plan, const struct shading *shading, struct medium_pool *media,
+                                     struct path_batch *transmitted);
+
 /* Pushes the paths that go on: the mirrored one, then the transmitted one, as far as there are any and they
  * carry at least THROUGHPUT_MIN in some channel. */
 #define THROUGHPUT_MIN 0x1p-12

@@ -1,96 +1,6 @@
 #include "trace/surface.h"
 
-#include <float.h>
-#include <math.h>
-
-#include "trace/intersect_flat.h"
-
-/* A piece of quadric F(q) = 0, q = frame (p − origin), by its value, gradient and the diagonal of its matrix of
- * second derivatives: enough for normal, curvature and a Newton step. A face of a solid is the same with second
- * derivatives of zero. */
-struct implicit {
-    const struct mat3 *frame;
-    struct vec3 origin;
-    double value;
-    struct vec3 gradient; /* in the frame */
-    struct vec3 second;
-};
-
-static const struct mat3 unit_frame = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
-static struct implicit sphere_implicit(const struct sphere *sphere, struct vec3 p)
-{
-    struct vec3 q = vec3_sub(p, sphere->center);
-    double value = 0.5 * (vec3_dot(q, q) - sphere->radius * sphere->radius);
-    return (struct implicit){&unit_frame, sphere->center, value, q, {1, 1, 1}};
-}
-
-static struct implicit ellipsoid_implicit(const struct ellipsoid *ellipsoid, struct vec3 p)
-{
-    struct vec3 q = mat3_apply(&ellipsoid->frame, vec3_sub(p, ellipsoid->center));
-    return (struct implicit){&ellipsoid->frame, ellipsoid->center, 0.5 * (vec3_dot(q, q) - 1), q, {1, 1, 1}};
-}
-
-static struct implicit frustum_implicit(const struct frustum *frustum, struct vec3 p, uint8_t part)
-{
-    struct vec3 q = mat3_apply(&frustum->frame, vec3_sub(p, frustum->origin));
-    struct implicit at = {.frame = &frustum->frame, .origin = frustum->origin};
-    if (part == PART_NARROW_CAP) {
-        at.value = -q.z;
-        at.gradient = vec3_make(0, 0, -1);
-    } else if (part == PART_WIDE_CAP) {
-        at.value = q.z - frustum->height;
-        at.gradient = vec3_make(0, 0, 1);
-    } else {
-        double rho = frustum->radius + frustum->slope * q.z;
-        at.value = 0.5 * (q.x * q.x + q.y * q.y - rho * rho);
-        at.gradient = vec3_make(q.x, q.y, -frustum->slope * rho);
-        at.second = vec3_make(1, 1, -frustum->slope * frustum->slope);
-        if (vec3_is_zero(at.gradient)) { /* the apex itself: along the axis */
-            at.value = 0;
-            at.gradient = vec3_make(0, 0, -1);
-        }
-    }
-    return at;
-}
-
-static struct implicit box_implicit(const struct box *box, struct vec3 p, uint8_t face)
-{
-    struct vec3 q = mat3_apply(&box->frame, p);
-    const double at[3] = {q.x, q.y, q.z}, low[3] = {box->low.x, box->low.y, box->low.z};
-    const double high[3] = {box->high.x, box->high.y, box->high.z};
-    uint8_t axis = face / 2;
-    double sign = face % 2 ? -1 : 1, along[3] = {0, 0, 0};
-    along[axis] = sign;
-    return (struct implicit){.frame = &box->frame,
-                             .value = face % 2 ? low[axis] - at[axis] : at[axis] - high[axis],
-                             .gradient = vec3_make(along[0], along[1], along[2])};
-}
-
-static struct implicit flat_implicit(const struct plane *plane, struct vec3 p)
-{
-    return (struct implicit){&unit_frame, vec3_make(0, 0, 0), vec3_dot(plane->normal, p) - plane->offset,
-                             plane->normal, {0, 0, 0}};
-}
-
-static struct implicit implicit_at(const struct plan *plan, const struct hit *hit, struct vec3 p)
-{
-    uint32_t index = plan->primitives[hit->id].index;
-    switch ((enum primitive_kind)plan->primitives[hit->id].kind) {
-    case PRIMITIVE_SPHERE:
-        return sphere_implicit(&plan->spheres[index], p);
-    case PRIMITIVE_ELLIPSOID:
-        return ellipsoid_implicit(&plan->ellipsoids[index], p);
-    case PRIMITIVE_FRUSTUM:
-        return frustum_implicit(&plan->frustums[index], p, hit->part);
-    case PRIMITIVE_BOX:
-        return box_implicit(&plan->boxes[index], p, hit->part);
-    case PRIMITIVE_DISC:
-        return flat_implicit(&plan->discs[index].plane, p);
-    default:
-        return flat_implicit(&plan->planes[index], p);
-    }
-}
+#include "trace/surface_shapes.h"
 
 struct hit hit_at(const struct plan *plan, const struct ray_batch *rays, const struct hit_batch *hits, size_t index)
 {
@@ -115,136 +25,125 @@ static const uint32_t *mesh_corners(const struct plan *plan, uint32_t id)
     return &mesh_of(plan, primitive)->index[3 * (size_t)(id - plan->objects[primitive->object].first_primitive)];
 }
 
-/* The sum of the corners' normals with these weights. */
-static struct vec3 blend_normals(const struct plan_mesh *mesh, const uint32_t *corner, const double weights[3])
+/* Of the plan's corners a, b, c as weights of the mesh's, and the other way round. */
+static struct vec3 mesh_weights(const struct plan_mesh *mesh, struct vec3 w)
 {
-    struct vec3 n = vec3_scale(mesh->normals[corner[0]], weights[0]);
-    n = vec3_add_scaled(n, mesh->normals[corner[1]], weights[1]);
-    return vec3_add_scaled(n, mesh->normals[corner[2]], weights[2]);
+    return mesh->mirrored ? vec3_make(w.x, w.z, w.y) : w;
 }
 
-/* n / |n|, or `otherwise` if n is zero. */
-static struct vec3 unit_or(struct vec3 n, struct vec3 otherwise)
+static struct corner_normals mesh_normals(const struct plan *plan, const struct plan_mesh *mesh, uint32_t id)
 {
-    return vec3_is_zero(n) ? otherwise : vec3_normalize(n);
+    const uint32_t *corner = mesh_corners(plan, id);
+    return (struct corner_normals){mesh->normals[corner[0]], mesh->normals[corner[1]], mesh->normals[corner[2]]};
 }
 
-static struct surface triangle_surface(const struct plan *plan, const struct ray *ray, const struct hit *hit)
+/* --- points and normals ----------------------------------------------------------------------------------- */
+
+static struct surface_point point_on(const struct plan *plan, const struct hit *hit, struct vec3 near)
 {
     const struct primitive *primitive = &plan->primitives[hit->id];
-    const struct triangle *triangle = &plan->triangles[primitive->index];
+    double extent = plan->objects[primitive->object].extent;
+    uint32_t index = primitive->index;
+    switch ((enum primitive_kind)primitive->kind) {
+    case PRIMITIVE_SPHERE:
+        return sphere_surface(&plan->spheres[index], near, extent);
+    case PRIMITIVE_GLOBE:
+        return globe_surface(&plan->globes[index], near, extent);
+    case PRIMITIVE_ELLIPSOID:
+        return ellipsoid_surface(&plan->ellipsoids[index], near, extent);
+    case PRIMITIVE_FRUSTUM:
+        return frustum_surface(&plan->frustums[index], near, hit->part, extent);
+    case PRIMITIVE_BOX:
+        return box_surface(&plan->boxes[index], near, hit->part, extent);
+    case PRIMITIVE_TRIANGLE:
+        return triangle_surface(&plan->triangles[index], near);
+    case PRIMITIVE_DISC:
+        return plane_surface(&plan->discs[index].plane, near, extent);
+    default:
+        return plane_surface(&plan->planes[index], near, extent);
+    }
+}
+
+static void add_mesh_surface(const struct plan *plan, uint32_t id, const struct ray *ray, struct surface *surface)
+{
+    const struct primitive *primitive = &plan->primitives[id];
     const struct plan_mesh *mesh = mesh_of(plan, primitive);
     struct shear shear = shear_of(ray->direction);
-    struct vec3 w = triangle_weights(triangle, ray->origin, &shear);
-    double t = hit->side == SIDE_LEAVE ? hit->t - plan_leave_delay(plan, hit->id, ray->origin, hit->t) : hit->t;
-    struct vec3 p = vec3_add_scaled(ray->origin, ray->direction, t), normal = triangle->plane.normal;
-    p = vec3_add_scaled(p, normal, triangle->plane.offset - vec3_dot(normal, p));
-    struct surface surface = {.position = p, .normal = normal};
-    surface.weights[0] = w.x;
-    surface.weights[1] = mesh->mirrored ? w.z : w.y;
-    surface.weights[2] = mesh->mirrored ? w.y : w.z;
-    surface.shading_normal = surface.normal;
-    double reach = vec3_max_abs(triangle->a);
-    reach = vec3_max_abs(triangle->b) > reach ? vec3_max_abs(triangle->b) : reach;
-    reach = vec3_max_abs(triangle->c) > reach ? vec3_max_abs(triangle->c) : reach;
-    surface.error = 8 * DBL_EPSILON * reach;
-    if (mesh->normals)
-        surface.shading_normal = unit_or(blend_normals(mesh, mesh_corners(plan, hit->id), surface.weights),
-                                         surface.normal);
-    return surface;
+    struct vec3 weights = triangle_weights(&plan->triangles[primitive->index], ray->origin, &shear);
+    surface->weights = mesh_weights(mesh, weights);
+    if (!mesh->normals)
+        return;
+    struct corner_normals normals = mesh_normals(plan, mesh, id);
+    surface->shading_normal = normals_blend(&normals, surface->weights, surface->normal);
 }
 
 struct surface surface_at(const struct plan *plan, const struct ray *ray, const struct hit *hit)
 {
     const struct primitive *primitive = &plan->primitives[hit->id];
+    struct vec3 near = surface_near(ray->origin, ray->direction, hit->t, hit->side, primitive_leave_share(primitive));
+    struct surface_point on = point_on(plan, hit, near);
+    struct surface surface = {
+        .position = on.position, .error = on.error, .normal = on.normal, .shading_normal = on.normal};
     if (primitive->kind == PRIMITIVE_TRIANGLE)
-        return triangle_surface(plan, ray, hit);
-    /* One Newton step takes the point from the ray's error (which grows with t) to that of its coordinates. */
-    double t = hit->side == SIDE_LEAVE ? hit->t - plan_leave_delay(plan, hit->id, ray->origin, hit->t) : hit->t;
-    struct vec3 p = vec3_add_scaled(ray->origin, ray->direction, t);
-    struct implicit at = implicit_at(plan, hit, p);
-    struct vec3 gradient = mat3_apply_transposed(at.frame, at.gradient);
-    p = vec3_add_scaled(p, gradient, -at.value / vec3_dot(gradient, gradient));
-    at = implicit_at(plan, hit, p);
-    struct vec3 normal = vec3_normalize(mat3_apply_transposed(at.frame, at.gradient));
-    double scale = vec3_max_abs(p) + vec3_max_abs(at.origin) + plan->objects[primitive->object].extent;
-    return (struct surface){
-        .position = p, .error = 8 * DBL_EPSILON * scale, .normal = normal, .shading_normal = normal};
+        add_mesh_surface(plan, hit->id, ray, &surface);
+    return surface;
 }
 
 /* --- footprints ------------------------------------------------------------------------------------------- */
 
-/* The change of the unit normal for a step along the surface: the shape operator applied to it. */
-static struct vec3 normal_change(const struct implicit *at, struct vec3 normal, struct vec3 step)
-{
-    if (vec3_is_zero(at->second))
-        return vec3_make(0, 0, 0);
-    struct vec3 gradient = mat3_apply_transposed(at->frame, at->gradient);
-    struct vec3 change = vec3_mul(at->second, mat3_apply(at->frame, step));
-    change = mat3_apply_transposed(at->frame, change);
-    change = vec3_scale(change, 1 / vec3_length(gradient));
-    return vec3_add_scaled(change, normal, -vec3_dot(change, normal));
-}
-
-/* The change of the barycentric weights of a triangle's plane along a step, for the plan's corners a, b, c. */
-static struct vec3 weights_change(const struct triangle *triangle, struct vec3 step)
-{
-    struct vec3 ab = vec3_sub(triangle->b, triangle->a), ac = vec3_sub(triangle->c, triangle->a);
-    struct vec3 n = vec3_cross(ab, ac);
-    double square = vec3_dot(n, n);
-    double b = vec3_dot(vec3_cross(step, ac), n) / square, c = vec3_dot(vec3_cross(ab, step), n) / square;
-    return vec3_make(-(b + c), b, c);
-}
-
 static struct vec3 mesh_weights_change(const struct plan *plan, const struct primitive *primitive, struct vec3 step)
 {
-    struct vec3 w = weights_change(&plan->triangles[primitive->index], step);
-    return mesh_of(plan, primitive)->mirrored ? vec3_make(w.x, w.z, w.y) : w;
+    struct vec3 change = triangle_weights_change(&plan->triangles[primitive->index], step);
+    return mesh_weights(mesh_of(plan, primitive), change);
 }
 
-/* That of the normalised sum n / |n| of the corners' normals. */
-static struct vec3 mesh_normal_change(const struct plan *plan, const struct hit *hit, const struct surface *surface,
+static struct vec3 mesh_normal_change(const struct plan *plan, uint32_t id, const struct surface *surface,
                                       struct vec3 step)
 {
-    const struct primitive *primitive = &plan->primitives[hit->id];
+    const struct primitive *primitive = &plan->primitives[id];
     const struct plan_mesh *mesh = mesh_of(plan, primitive);
     if (!mesh->normals)
         return vec3_make(0, 0, 0);
-    const uint32_t *corner = mesh_corners(plan, hit->id);
-    double length = vec3_length(blend_normals(mesh, corner, surface->weights));
-    if (length == 0)
-        return vec3_make(0, 0, 0);
-    struct vec3 w = mesh_weights_change(plan, primitive, step);
-    struct vec3 change = vec3_scale(blend_normals(mesh, corner, (const double[3]){w.x, w.y, w.z}), 1 / length);
-    return vec3_add_scaled(change, surface->shading_normal, -vec3_dot(change, surface->shading_normal));
+    struct corner_normals normals = mesh_normals(plan, mesh, id);
+    return normals_blend_change(&normals, surface->weights, surface->shading_normal,
+                                mesh_weights_change(plan, primitive, step));
 }
 
-/* Igehy's transfer: the neighbouring ray meets the tangent plane a little farther or nearer. */
-static struct vec3 transfer(const struct ray *ray, double t, struct vec3 normal, struct vec3 origin_change,
-                            struct vec3 direction_change)
+/* The change of the shading normal for a step along the surface. */
+static struct vec3 normal_change(const struct plan *plan, const struct hit *hit, const struct surface *surface,
+                                 struct vec3 step)
 {
-    struct vec3 step = vec3_add_scaled(origin_change, direction_change, t);
-    double cosine = vec3_dot(ray->direction, normal);
-    return cosine == 0 ? step : vec3_add_scaled(step, ray->direction, -vec3_dot(step, normal) / cosine);
+    const struct primitive *primitive = &plan->primitives[hit->id];
+    uint32_t index = primitive->index;
+    switch ((enum primitive_kind)primitive->kind) {
+    case PRIMITIVE_SPHERE:
+        return sphere_normal_change(&plan->spheres[index], surface->position, surface->normal, step);
+    case PRIMITIVE_GLOBE:
+        return sphere_normal_change(&plan->globes[index].sphere, surface->position, surface->normal, step);
+    case PRIMITIVE_ELLIPSOID:
+        return ellipsoid_normal_change(&plan->ellipsoids[index], surface->position, surface->normal, step);
+    case PRIMITIVE_FRUSTUM:
+        return frustum_normal_change(&plan->frustums[index], surface->position, hit->part, surface->normal, step);
+    case PRIMITIVE_TRIANGLE:
+        return mesh_normal_change(plan, hit->id, surface, step);
+    default:
+        return vec3_make(0, 0, 0);
+    }
 }
 
 struct surface_footprint surface_footprint_at(const struct plan *plan, const struct ray *ray,
                                               const struct footprint *footprint, const struct hit *hit,
                                               const struct surface *surface)
 {
-    struct surface_footprint spread = {
-        .position_x = transfer(ray, hit->t, surface->normal, footprint->origin_x, footprint->direction_x),
-        .position_y = transfer(ray, hit->t, surface->normal, footprint->origin_y, footprint->direction_y),
+    struct vec3 d = ray->direction, n = surface->normal;
+    struct vec3 x = surface_transfer(d, hit->t, n, footprint->origin_x, footprint->direction_x);
+    struct vec3 y = surface_transfer(d, hit->t, n, footprint->origin_y, footprint->direction_y);
+    return (struct surface_footprint){
+        .position_x = x,
+        .position_y = y,
+        .normal_x = normal_change(plan, hit, surface, x),
+        .normal_y = normal_change(plan, hit, surface, y),
     };
-    if (plan->primitives[hit->id].kind == PRIMITIVE_TRIANGLE) {
-        spread.normal_x = mesh_normal_change(plan, hit, surface, spread.position_x);
-        spread.normal_y = mesh_normal_change(plan, hit, surface, spread.position_y);
-    } else {
-        struct implicit at = implicit_at(plan, hit, surface->position);
-        spread.normal_x = normal_change(&at, surface->normal, spread.position_x);
-        spread.normal_y = normal_change(&at, surface->normal, spread.position_y);
-    }
-    return spread;
 }
 
 /* --- colour ----------------------------------------------------------------------------------------------- */
@@ -259,11 +158,12 @@ static void mesh_texture_point(const struct plan *plan, const struct hit *hit, c
     const uint32_t *corner = mesh_corners(plan, hit->id);
     struct vec3 by_x = mesh_weights_change(plan, primitive, point->position_x);
     struct vec3 by_y = mesh_weights_change(plan, primitive, point->position_y);
+    const double weights[3] = {surface->weights.x, surface->weights.y, surface->weights.z};
     const double change_x[3] = {by_x.x, by_x.y, by_x.z}, change_y[3] = {by_y.x, by_y.y, by_y.z};
     for (int c = 0; c < 2; c++)
         for (int i = 0; i < 3; i++) {
             double value = mesh->uv[2 * (size_t)corner[i] + (size_t)c];
-            point->uv[c] += surface->weights[i] * value;
+            point->uv[c] += weights[i] * value;
             point->uv_x[c] += change_x[i] * value;
             point->uv_y[c] += change_y[i] * value;
         }

@@ -20,7 +20,7 @@ struct surface {
     double error;
     struct vec3 normal;         /* unit; outward, or towards the front of a flat primitive */
     struct vec3 shading_normal; /* unit; interpolated on a smooth mesh, else equal to normal */
-    double weights[3];          /* on triangles: of the mesh's corners in the mesh's order */
+    struct vec3 weights;        /* on triangles: of the mesh's corners in the mesh's order */
 };
 
 /* How the surface changes over the footprint: its edges on the surface, and the change of the shading normal

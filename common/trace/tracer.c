@@ -1,7 +1,7 @@
 /*
  * Paths are traced generation by generation: all camera rays of a batch, then all their children, and so on. A sample's
- * radiance is the sum of throughput × local radiance over its hits in the order of the batches: by generation, then by
- * parent, mirrored before transmitted. That order is the ray tree's own, so no grouping of rays can change the sum.
+ * radiance is the sum of throughput × local radiance over its hits in the order of the batches: by generation, mirrored
+ * ones before transmitted ones, and each in the order of their parents. That order is the ray tree's own, so no grouping of rays can change the sum.
  */
 #include "trace/tracer.h"
 
@@ -21,13 +21,12 @@ struct tracer {
     const struct plan *plan;
     const struct kernel *kernel;
     struct medium_pool media;
-    struct path_batch paths, children;
+    struct path_batch paths, children, transmitted;
     struct hit_batch hits;
     struct boundary_batch boundaries;
-    struct shading *shadings; /* of the paths that hit something, in their order */
-    struct vec3 *local;       /* radiance that leaves each of those hits towards its path */
-    uint32_t *shading_of;     /* of each path: index into shadings, or UINT32_MAX */
-    size_t path_capacity;
+    struct surfaces surfaces;
+    struct lighting lighting;
+    struct mirrored mirrored;
     struct shadow_batch shadows;
     struct crossing_list crossings;
     uint8_t *blocked;
@@ -52,28 +51,18 @@ void tracer_destroy(struct tracer **pointer)
     medium_pool_finish(&tracer->media);
     path_batch_finish(&tracer->paths);
     path_batch_finish(&tracer->children);
+    path_batch_finish(&tracer->transmitted);
     hit_batch_finish(&tracer->hits);
     boundary_batch_finish(&tracer->boundaries);
+    surfaces_finish(&tracer->surfaces);
+    lighting_finish(&tracer->lighting);
+    mirrored_finish(&tracer->mirrored);
     shadow_batch_finish(&tracer->shadows);
     crossing_list_finish(&tracer->crossings);
-    free(tracer->shadings);
-    free(tracer->local);
-    free(tracer->shading_of);
     free(tracer->blocked);
     free(tracer->transmittance);
     free(tracer);
     *pointer = NULL;
-}
-
-static void reserve_paths(struct tracer *tracer, size_t count)
-{
-    hit_batch_reserve(&tracer->hits, count);
-    if (count <= tracer->path_capacity)
-        return;
-    tracer->shadings = memory_resize(tracer->shadings, count, sizeof *tracer->shadings);
-    tracer->local = memory_resize(tracer->local, count, sizeof *tracer->local);
-    tracer->shading_of = memory_resize(tracer->shading_of, count, sizeof *tracer->shading_of);
-    tracer->path_capacity = count;
 }
 
 static void reserve_shadows(struct tracer *tracer, size_t count)
@@ -152,82 +141,187 @@ static struct vec3 background_radiance(const struct plan *plan, const struct pat
     return background->color[0];
 }
 
+static const struct plan_material *material_of(const struct tracer *tracer, size_t surface)
+{
+    return &tracer->plan->materials[tracer->surfaces.material[surface]];
+}
+
 static void find_hits(struct tracer *tracer)
 {
     const struct plan *plan = tracer->plan;
-    reserve_paths(tracer, tracer->paths.rays.count);
+    hit_batch_reserve(&tracer->hits, tracer->paths.rays.count);
     tracer->kernel->closest(plan, &tracer->paths.rays, &tracer->hits);
     boundary_batch_pass_start(&tracer->boundaries, plan, tracer->kernel, &tracer->media, &tracer->paths, &tracer->hits);
     if (plan->walls_may_touch)
         boundary_batch_find(&tracer->boundaries, plan, tracer->kernel, &tracer->paths.rays, &tracer->hits);
 }
 
-/* Shades every hit but for the lights, and collects the shadow rays. */
-static void shade_hits(struct tracer *tracer)
+/* What media take from the paths on their way. */
+static void absorb(struct tracer *tracer)
 {
-    const struct plan *plan = tracer->plan;
-    const struct crossing_list *walls = &tracer->boundaries.walls;
-    uint32_t shadings = 0;
-    size_t wall = 0;
-    tracer->shadows.rays.count = 0;
-    for (size_t i = 0; i < tracer->paths.rays.count; i++) {
-        tracer->shading_of[i] = UINT32_MAX;
-        if (hit_batch_id(&tracer->hits, i) == PRIMITIVE_NONE)
+    const struct surfaces *surfaces = &tracer->surfaces;
+    for (size_t i = 0; i < surfaces->count; i++) {
+        if (tracer->paths.medium[surfaces->path[i]] == MEDIUM_SPACE)
             continue;
-        struct path path = path_batch_get(&tracer->paths, i);
-        struct hit hit = hit_at(plan, &tracer->paths.rays, &tracer->hits, i);
-        struct shading *shading = &tracer->shadings[shadings];
-        shading_init(shading, plan, &tracer->media, &path, &hit);
-        size_t wall_count = crossing_list_run(walls, wall, (uint32_t)i);
-        if (wall_count > 0)
-            shading_set_boundary(shading, &walls->items[wall], wall_count);
-        wall += wall_count;
-        tracer->local[shadings] = shading_ambient(plan, shading);
-        shading_push_shadows(plan, shading, shadings, &tracer->shadows);
-        tracer->shading_of[i] = shadings++;
+        struct path path = path_batch_get(&tracer->paths, surfaces->path[i]);
+        struct vec3 left = shading_throughput(tracer->plan, &tracer->media, &path, surfaces->lanes.t[i]);
+        lane_put(surfaces->lanes.throughput, i, left);
     }
 }
 
-/* Adds each light's radiance to its hit, in the order of the lights. */
+/* The walls of a boundary are as far apart, on either side: the true places are within 3/2 windows of one another along
+ * the ray; the rest is for rounding. */
+static void widen_boundaries(struct tracer *tracer)
+{
+    const struct crossing_list *walls = &tracer->boundaries.walls;
+    const struct surface_lanes *s = &tracer->surfaces.lanes;
+    if (!tracer->plan->walls_may_touch)
+        return;
+    for (size_t first = 0, count; first < walls->count; first += count) {
+        uint32_t ray = walls->items[first].ray, i = tracer->surfaces.of_path[ray];
+        count = crossing_list_run(walls, first, ray);
+        double cosine = fabs(vec3_dot(lane_get(s->direction, i), lane_get(s->normal, i)));
+        s->error[i] += 2 * boundary_window(lane_get(tracer->paths.rays.origin, ray), s->t[i]) * cosine;
+    }
+}
+
+/* Points, normals and colours of everything that was hit. */
+static void find_surfaces(struct tracer *tracer)
+{
+    const struct plan *plan = tracer->plan;
+    surfaces_collect(&tracer->surfaces, plan, &tracer->paths, &tracer->hits);
+    tracer->kernel->surface(plan, &tracer->paths, &tracer->surfaces);
+    surfaces_smooth(&tracer->surfaces, plan, &tracer->paths);
+    tracer->kernel->face(&tracer->surfaces);
+    surfaces_color(&tracer->surfaces, plan, &tracer->paths);
+    absorb(tracer);
+    widen_boundaries(tracer);
+}
+
+/* --- light ------------------------------------------------------------------------------------------------ */
+
+static void add_ambient(struct tracer *tracer)
+{
+    const struct surface_lanes *s = &tracer->surfaces.lanes;
+    for (size_t i = 0; i < tracer->surfaces.count; i++) {
+        const struct plan_material *material = material_of(tracer, i);
+        struct vec3 own = vec3_mul(lane_get(s->color, i), material->surface_share);
+        lane_put(s->local, i, vec3_mul(vec3_scale(own, material->ambient), tracer->plan->ambient));
+    }
+}
+
+/* A shadow ray for each surface that a light would add something to. */
+static void push_shadows(struct tracer *tracer)
+{
+    const struct surfaces *surfaces = &tracer->surfaces;
+    const struct lighting *lighting = &tracer->lighting;
+    for (uint32_t i = 0; i < surfaces->count; i++) {
+        struct vec3 radiance = lane_get(lighting->radiance, i);
+        if (vec3_is_zero(radiance))
+            continue;
+        struct ray ray = {
+            .origin = lane_get(surfaces->lanes.position, i),
+            .direction = lane_get(lighting->direction, i),
+            .t_min = lighting->t_min[i],
+            .t_max = lighting->t_max[i],
+            .key_min = KEY_NONE,
+            .from = (uint32_t)surfaces->lanes.id[i],
+            .departure = surfaces->lanes.side[i] == SIDE_LEAVE ? DEPART_INWARD : DEPART_OUTWARD,
+        };
+        shadow_batch_push(&tracer->shadows, &ray, radiance, i, tracer->paths.medium[surfaces->path[i]]);
+    }
+}
+
+/* Adds to each surface what comes of each light, in the order of the lights. */
 static void add_lights(struct tracer *tracer)
 {
     struct shadow_batch *shadows = &tracer->shadows;
-    reserve_shadows(tracer, shadows->rays.count);
+    shadows->rays.count = 0;
     tracer->crossings.count = 0;
+    for (size_t light = 0; light < tracer->plan->light_count; light++) {
+        tracer->kernel->light(tracer->plan, light, &tracer->surfaces, &tracer->lighting);
+        push_shadows(tracer);
+    }
+    reserve_shadows(tracer, shadows->rays.count);
     tracer->kernel->shadow(tracer->plan, &shadows->rays, tracer->blocked, &tracer->crossings);
     shadow_transmittance(tracer->plan, &tracer->media, shadows, tracer->blocked, &tracer->crossings,
                          tracer->transmittance);
+    double *const *local = tracer->surfaces.lanes.local;
     for (size_t i = 0; i < shadows->rays.count; i++) {
-        struct vec3 *local = &tracer->local[shadows->owner[i]];
-        *local = vec3_add(*local, vec3_mul(shadows->radiance[i], tracer->transmittance[i]));
+        struct vec3 light = vec3_mul(shadows->radiance[i], tracer->transmittance[i]);
+        lane_put(local, shadows->owner[i], vec3_add(lane_get(local, shadows->owner[i]), light));
     }
 }
 
 /* Adds what every path found to its sample, in the order of the batch. */
 static void gather(struct tracer *tracer)
 {
+    const struct surface_lanes *s = &tracer->surfaces.lanes;
     for (size_t i = 0; i < tracer->paths.rays.count; i++) {
-        uint32_t index = tracer->shading_of[i];
+        uint32_t surface = tracer->surfaces.of_path[i];
         struct vec3 found;
-        if (index == UINT32_MAX) {
+        if (surface == SURFACE_NONE) {
             struct path path = path_batch_get(&tracer->paths, i);
             found = vec3_mul(path.throughput, background_radiance(tracer->plan, &path));
         } else {
-            found = vec3_mul(tracer->shadings[index].path.throughput, tracer->local[index]);
+            found = vec3_mul(lane_get(s->throughput, surface), lane_get(s->local, surface));
         }
         struct vec3 *radiance = &tracer->radiance[tracer->paths.sample[i]];
         *radiance = vec3_add(*radiance, found);
     }
 }
 
+/* --- the next generation ---------------------------------------------------------------------------------- */
+
+/* Surface `i` as the scalar code of shade.h takes it. */
+static struct shading shading_of(const struct tracer *tracer, uint32_t i)
+{
+    const struct surfaces *surfaces = &tracer->surfaces;
+    uint32_t path = surfaces->path[i];
+    struct shading shading = {
+        .path = path_batch_get(&tracer->paths, path),
+        .hit = surfaces_hit(surfaces, i),
+        .material = material_of(tracer, i),
+        .surface = surfaces_get(surfaces, i),
+        .spread = surfaces_spread(surfaces, i),
+        .normal = lane_get(surfaces->lanes.facing, i),
+        .shading_normal = lane_get(surfaces->lanes.shading_normal, i),
+        .needs_footprints = tracer->plan->needs_footprints,
+    };
+    shading.path.throughput = lane_get(surfaces->lanes.throughput, i);
+    const struct crossing_list *walls = &tracer->boundaries.walls;
+    if (tracer->plan->walls_may_touch && walls->count > 0) {
+        size_t first = boundary_batch_first(&tracer->boundaries, path);
+        shading.wall_count = crossing_list_run(walls, first, path);
+        shading.walls = shading.wall_count ? &walls->items[first] : NULL;
+    }
+    return shading;
+}
+
+/* The mirrored paths, then the transmitted ones, each in the order of their parents. */
 static void push_children(struct tracer *tracer)
 {
+    const struct plan *plan = tracer->plan;
     path_batch_clear(&tracer->children);
-    for (size_t i = 0; i < tracer->paths.rays.count; i++) {
-        uint32_t index = tracer->shading_of[i];
-        if (index != UINT32_MAX)
-            shading_push_children(tracer->plan, &tracer->shadings[index], &tracer->media, &tracer->children);
+    tracer->mirrored.count = 0;
+    path_batch_clear(&tracer->transmitted);
+    for (size_t path = 0; path < tracer->paths.rays.count; path++) {
+        uint32_t i = tracer->surfaces.of_path[path];
+        if (i == SURFACE_NONE)
+            continue;
+        const struct plan_material *material = material_of(tracer, i);
+        if (!material->mirrors && !material->transmits)
+            continue;
+        struct vec3 share = material->reflection;
+        if (material->transmits) {
+            struct shading shading = shading_of(tracer, i);
+            share = shading_push_transmitted(plan, &shading, &tracer->media, &tracer->transmitted);
+        }
+        if (vec3_max(vec3_mul(lane_get(tracer->surfaces.lanes.throughput, i), share)) >= THROUGHPUT_MIN)
+            mirrored_push(&tracer->mirrored, i, share);
     }
+    tracer->kernel->mirror(plan, &tracer->paths, &tracer->surfaces, &tracer->mirrored, &tracer->children);
+    path_batch_append(&tracer->children, &tracer->transmitted);
 }
 
 /* Traces the paths that start_paths made, to the end. */
@@ -238,9 +332,10 @@ static void trace(struct tracer *tracer, struct ray_counts *counts)
         if (generation > 0)
             counts->secondary += tracer->paths.rays.count;
         find_hits(tracer);
-        shade_hits(tracer);
-        counts->shadow += tracer->shadows.rays.count;
+        find_surfaces(tracer);
+        add_ambient(tracer);
         add_lights(tracer);
+        counts->shadow += tracer->shadows.rays.count;
         gather(tracer);
         if (generation == tracer->plan->depth)
             break;

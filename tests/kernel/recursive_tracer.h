@@ -197,13 +197,16 @@ static void note(struct findings *findings, unsigned level, const uint8_t *path,
     memcpy(finding->path, path, level);
 }
 
-/* By level, then from the first step on mirrored before transmitted. */
+/* By level, then mirrored before transmitted, from the last step back to the first. */
 static int compare_findings(const void *left, const void *right)
 {
     const struct finding *a = left, *b = right;
     if (a->level != b->level)
         return a->level < b->level ? -1 : 1;
-    return memcmp(a->path, b->path, a->level);
+    unsigned step = a->level;
+    while (step > 0 && a->path[step - 1] == b->path[step - 1])
+        step--;
+    return step > 0 ? a->path[step - 1] - b->path[step - 1] : 0;
 }
 
 /* What shading needs of a hit, worked out anew. */

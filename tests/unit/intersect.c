@@ -17,9 +17,22 @@
 static const struct vec3 forward = {0, 0, 1};
 static const struct sphere unit_sphere = {{0, 0, 0}, 1};
 
+static struct frustum upright(struct vec3 origin, double radius, double slope, double height)
+{
+    struct vec3 top = vec3_add(origin, vec3_make(0, 0, height));
+    return frustum_make(mat3_identity(), origin, top, radius, slope, height, false);
+}
+
 /* k = 1/2, H = 2, the apex at the origin and the axis along +z. */
-static const struct frustum cone = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, 0, 0.5, 2, false};
-static const struct frustum cylinder = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, 1, 0, 2, false};
+static struct frustum cone, cylinder;
+
+static int make_solids(void **state)
+{
+    (void)state;
+    cone = upright(vec3_make(0, 0, 0), 0, 0.5, 2);
+    cylinder = upright(vec3_make(0, 0, 0), 1, 0, 2);
+    return 0;
+}
 
 static bool is_near(double a, double b, double tolerance)
 {
@@ -277,7 +290,7 @@ static void frustum_goes_over_into_the_cylinder(void **state)
 static void frustum_parts_are_where_they_say(void **state)
 {
     (void)state;
-    struct frustum frustum = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.5, -0.25, 0.125}, 0.5, 0.75, 1, false};
+    struct frustum frustum = upright(vec3_make(0.5, -0.25, 0.125), 0.5, 0.75, 1);
     unsigned seen[3] = {0, 0, 0};
     for (uint32_t i = 0; i < 20000; i++) {
         struct vec3 o = vec3_scale(random_vector(i, 0), 4),
@@ -390,5 +403,5 @@ int main(void)
         cmocka_unit_test(box_faces_edges_and_corners),
         cmocka_unit_test(box_parts_are_where_they_say),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_solids, NULL);
 }

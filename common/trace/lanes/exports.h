@@ -4,9 +4,15 @@
 
 #include "trace/kernel.h"
 
-#define LANES_DECLARE(isa)                                                                               \
-    void closest_##isa(const struct plan *plan, const struct ray_batch *rays, struct hit_batch *hits);   \
-    void shadow_##isa(const struct plan *plan, const struct ray_batch *rays, uint8_t *blocked,           \
-                      struct crossing_list *crossings)
+#define LANES_DECLARE(isa)                                                                                       \
+    void closest_##isa(const struct plan *plan, const struct ray_batch *rays, struct hit_batch *hits);           \
+    void shadow_##isa(const struct plan *plan, const struct ray_batch *rays, uint8_t *blocked,                   \
+                      struct crossing_list *crossings);                                                          \
+    void surface_##isa(const struct plan *plan, const struct path_batch *paths, struct surfaces *surfaces);      \
+    void face_##isa(struct surfaces *surfaces);                                                                  \
+    void light_##isa(const struct plan *plan, size_t light, const struct surfaces *surfaces,                     \
+                     struct lighting *lighting);                                                                 \
+    void mirror_##isa(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,  \
+                      const struct mirrored *mirrored, struct path_batch *children)
 
 #endif

@@ -41,6 +41,7 @@ static inline void take_found(struct packet *p, int base, int end, const struct 
 
 #define RAY packet_origin(p, i), packet_direction(p, i)
 DEFINE_TAKE(sphere, sphere, WALL_SOLID, sphere_roots(primitive, RAY))
+DEFINE_TAKE(globe, globe, WALL_SOLID, globe_roots(primitive, RAY))
 DEFINE_TAKE(ellipsoid, ellipsoid, WALL_SOLID, ellipsoid_roots(primitive, RAY))
 DEFINE_TAKE(plane, plane, WALL_NONE, plane_roots(primitive, RAY))
 DEFINE_TAKE(disc, disc, WALL_NONE, disc_roots(primitive, RAY))
@@ -76,6 +77,9 @@ static inline __attribute__((always_inline)) void take_primitive(struct packet *
     switch ((enum primitive_kind)kind) {
     case PRIMITIVE_SPHERE:
         TAKE(sphere, spheres);
+        break;
+    case PRIMITIVE_GLOBE:
+        TAKE(globe, globes);
         break;
     case PRIMITIVE_ELLIPSOID:
         TAKE(ellipsoid, ellipsoids);

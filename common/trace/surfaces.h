@@ -1,0 +1,62 @@
+/*
+ * The surfaces that a generation of paths has hit, as structures of arrays: what shading needs of each. Kind by kind of
+ * primitive, and within a kind in the order of the paths.
+ */
+#ifndef WEFT_TRACE_SURFACES_H
+#define WEFT_TRACE_SURFACES_H
+
+#include "trace/plan.h"
+#include "trace/ray.h"
+#include "trace/surface.h"
+
+#define SURFACE_NONE UINT32_MAX
+
+/* Everything that is a double, one array each. */
+struct surface_lanes {
+    double *t, *side;          /* of the hit: side as enum side */
+    double *id;                /* of the primitive */
+    double *leave_share;       /* primitive_leave_share */
+    double *extent;            /* plan_object.extent */
+    double *part;              /* as intersect.h numbers them */
+    double *direction[3];      /* of the path */
+    double *throughput[3];     /* of the path here, after what its medium has absorbed */
+    double *position[3];       /* on the surface to within `error` in every coordinate */
+    double *error;
+    double *normal[3];         /* unit; outward, or towards the front of a flat primitive */
+    double *facing[3];         /* that, on the side the path comes from */
+    double *shading_normal[3]; /* likewise, interpolated on smooth meshes; not facing away from the path */
+    double *spread[4][3];      /* the members of struct surface_footprint in turn, where the plan needs footprints */
+    double *color[3];
+    double *local[3];          /* radiance that leaves it towards the path */
+};
+
+/* All zero is empty. */
+struct surfaces {
+    size_t count, capacity;
+    size_t first[PRIMITIVE_KINDS + 1]; /* those of kind k: first[k] .. first[k + 1] − 1 */
+    uint32_t *path;                    /* index of the path that hit it */
+    uint32_t *index;                   /* of the primitive, in the plan's array of its kind */
+    uint32_t *material;
+    uint32_t *of_path; /* of each path: its surface, or SURFACE_NONE */
+    struct surface_lanes lanes;
+};
+
+void surfaces_finish(struct surfaces *surfaces);
+
+/* Takes what each path of a batch hit. Sets path, index, material, of_path, and of the lanes t, side, id, leave_share,
+ * extent and direction. */
+void surfaces_collect(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths,
+                      const struct hit_batch *hits);
+
+/* Once points and normals are known: the shading normals of smooth meshes, and their change. */
+void surfaces_smooth(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
+
+/* Sets color. */
+void surfaces_color(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
+
+/* One of them. */
+struct hit surfaces_hit(const struct surfaces *surfaces, size_t at);
+struct surface surfaces_get(const struct surfaces *surfaces, size_t at);
+struct surface_footprint surfaces_spread(const struct surfaces *surfaces, size_t at);
+
+#endif
