@@ -228,12 +228,20 @@ static inline struct vec3 *scene_render(const struct scene *scene, const struct 
                                         struct ray_counts *counts)
 {
     struct trace_settings settings = settings_of(scene);
-    struct ray_counts ignored = {0};
     struct plan *plan = plan_create(scene, &settings, 1);
     struct tracer *tracer = tracer_create(plan, kernel);
     struct vec3 *pixels = memory_array((size_t)scene->width * scene->height, sizeof *pixels);
-    for (uint32_t y = 0; y < scene->height; y++)
-        tracer_row(tracer, 0, scene->width, y, pixels + (size_t)y * scene->width, counts ? counts : &ignored);
+    struct ray_counts *rows = memory_array(scene->height, sizeof *rows);
+    for (uint32_t y0 = 0, y1; y0 < scene->height; y0 = y1) {
+        y1 = y0 + 7 < scene->height ? y0 + 7 : scene->height;
+        tracer_area(tracer, &(struct pixel_area){0, scene->width, y0, y1}, pixels + (size_t)y0 * scene->width, &rows[y0]);
+    }
+    for (uint32_t y = 0; counts && y < scene->height; y++) {
+        counts->camera += rows[y].camera;
+        counts->secondary += rows[y].secondary;
+        counts->shadow += rows[y].shadow;
+    }
+    free(rows);
     tracer_destroy(&tracer);
     plan_destroy(&plan);
     return pixels;

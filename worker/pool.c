@@ -196,12 +196,14 @@ static struct tile tile_at(const struct band *band, uint32_t index)
 static void render_tile(struct tracer *tracer, const struct band *band, const struct tile *tile,
                         struct ray_counts counts[TILE_ROWS])
 {
-    struct vec3 pixels[TILE_WIDTH];
+    struct vec3 pixels[TILE_ROWS * TILE_WIDTH];
+    struct pixel_area area = {tile->x0, tile->x1, band->first_row + tile->row0, band->first_row + tile->row1};
+    uint32_t width = tile->x1 - tile->x0;
     size_t pixel_bytes = pixel_format_bytes(band->job->format);
+    tracer_area(tracer, &area, pixels, counts);
     for (uint32_t row = tile->row0; row < tile->row1; row++) {
-        tracer_row(tracer, tile->x0, tile->x1, band->first_row + row, pixels, &counts[row - tile->row0]);
         uint8_t *record = band->records.data + row * record_bytes(band->job);
-        pixel_format_encode(band->job->format, pixels, tile->x1 - tile->x0,
+        pixel_format_encode(band->job->format, pixels + (row - tile->row0) * width, width,
                             record + ROW_FIGURES_BYTES + tile->x0 * pixel_bytes);
     }
 }

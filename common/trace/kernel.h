@@ -53,6 +53,10 @@ void mirrored_push(struct mirrored *mirrored, uint32_t surface, struct vec3 shar
 struct kernel {
     const char *name;
 
+    /* Camera rays through the image positions (x[i], y[i]), in pixels, as paths 0 .. count − 1, but for sample and
+     * medium. */
+    void (*camera)(const struct plan *plan, const double *x, const double *y, size_t count, struct path_batch *paths);
+
     /* The hit of each ray into hits[0..rays->count). */
     void (*closest)(const struct plan *plan, const struct ray_batch *rays, struct hit_batch *hits);
 

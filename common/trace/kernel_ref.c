@@ -160,4 +160,5 @@ static void ref_shadow(const struct plan *plan, const struct ray_batch *rays, ui
 /* The rest is the source of the other kernels, compiled for one lane. */
 LANES_DECLARE(ref);
 
-const struct kernel kernel_ref = {"ref", ref_closest, surface_ref, face_ref, light_ref, ref_shadow, mirror_ref};
+const struct kernel kernel_ref = {"ref",    camera_ref, ref_closest, surface_ref,
+                                  face_ref, light_ref,  ref_shadow,  mirror_ref};

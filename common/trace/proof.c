@@ -59,7 +59,7 @@ static struct digest digest_picture(const struct plan *plan, const struct kernel
     for (uint32_t y = 0; y < PROOF_SIDE; y++) {
         struct vec3 row[PROOF_SIDE];
         struct ray_counts counts = {0};
-        tracer_row(tracer, 0, PROOF_SIDE, y, row, &counts);
+        tracer_area(tracer, &(struct pixel_area){0, PROOF_SIDE, y, y + 1}, row, &counts);
         for (size_t x = 0; x < PROOF_SIDE; x++) {
             bytes_put_f64(&bits, row[x].x);
             bytes_put_f64(&bits, row[x].y);

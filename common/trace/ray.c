@@ -158,8 +158,22 @@ struct path path_batch_get(const struct path_batch *b, size_t i)
 
 void path_batch_append(struct path_batch *b, const struct path_batch *other)
 {
-    for (size_t i = 0; i < other->rays.count; i++) {
-        struct path path = path_batch_get(other, i);
-        path_batch_push(b, &path);
+    size_t first = b->rays.count, count = other->rays.count;
+    path_batch_reserve(b, first + count);
+    double **to[RAY_ARRAYS], **from[RAY_ARRAYS];
+    struct ray_batch rays = other->rays;
+    list_arrays(&b->rays, to);
+    list_arrays(&rays, from);
+    for (int i = 0; i < RAY_ARRAYS && count > 0; i++)
+        memcpy(*to[i] + first, *from[i], count * sizeof **to[i]);
+    for (int axis = 0; axis < 3 && count > 0; axis++) {
+        memcpy(b->throughput[axis] + first, other->throughput[axis], count * sizeof *b->throughput[axis]);
+        for (int part = 0; part < 4; part++)
+            memcpy(b->footprint[part][axis] + first, other->footprint[part][axis], count * sizeof(double));
     }
+    if (count > 0) {
+        memcpy(b->sample + first, other->sample, count * sizeof *b->sample);
+        memcpy(b->medium + first, other->medium, count * sizeof *b->medium);
+    }
+    b->rays.count += count;
 }

@@ -17,17 +17,23 @@ void shadow_batch_finish(struct shadow_batch *batch)
     *batch = (struct shadow_batch){0};
 }
 
+void shadow_batch_reserve(struct shadow_batch *batch, size_t capacity)
+{
+    ray_batch_reserve(&batch->rays, capacity);
+    if (batch->capacity >= batch->rays.capacity)
+        return;
+    batch->capacity = batch->rays.capacity;
+    batch->radiance = memory_resize(batch->radiance, batch->capacity, sizeof *batch->radiance);
+    batch->owner = memory_resize(batch->owner, batch->capacity, sizeof *batch->owner);
+    batch->medium = memory_resize(batch->medium, batch->capacity, sizeof *batch->medium);
+}
+
 void shadow_batch_push(struct shadow_batch *batch, const struct ray *ray, struct vec3 radiance, uint32_t owner,
                        uint32_t medium)
 {
     size_t i = batch->rays.count;
+    shadow_batch_reserve(batch, i + 1);
     ray_batch_push(&batch->rays, ray);
-    if (batch->capacity < batch->rays.capacity) {
-        batch->capacity = batch->rays.capacity;
-        batch->radiance = memory_resize(batch->radiance, batch->capacity, sizeof *batch->radiance);
-        batch->owner = memory_resize(batch->owner, batch->capacity, sizeof *batch->owner);
-        batch->medium = memory_resize(batch->medium, batch->capacity, sizeof *batch->medium);
-    }
     batch->radiance[i] = radiance;
     batch->owner[i] = owner;
     batch->medium[i] = medium;

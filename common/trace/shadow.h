@@ -17,6 +17,7 @@ struct shadow_batch {
 };
 
 void shadow_batch_finish(struct shadow_batch *batch);
+void shadow_batch_reserve(struct shadow_batch *batch, size_t capacity);
 void shadow_batch_push(struct shadow_batch *batch, const struct ray *ray, struct vec3 radiance, uint32_t owner,
                        uint32_t medium);
 

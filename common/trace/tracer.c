@@ -32,12 +32,16 @@ struct tracer {
     uint8_t *blocked;
     struct vec3 *transmittance;
     size_t shadow_capacity;
-    struct vec3 radiance[CAMERA_RAYS_MAX]; /* of each camera ray */
+    /* Of each camera ray: what has come of it, its place in the image, in pixels, and its row in the area. */
+    struct vec3 radiance[CAMERA_RAYS_MAX];
+    _Alignas(64) double x[CAMERA_RAYS_MAX], y[CAMERA_RAYS_MAX];
+    uint32_t row[CAMERA_RAYS_MAX];
 };
 
 struct tracer *tracer_create(const struct plan *plan, const struct kernel *kernel)
 {
-    struct tracer *tracer = memory_array(1, sizeof *tracer);
+    struct tracer *tracer = memory_aligned(1, sizeof *tracer, _Alignof(struct tracer));
+    *tracer = (struct tracer){0};
     tracer->plan = plan;
     tracer->kernel = kernel;
     return tracer;
@@ -76,26 +80,6 @@ static void reserve_shadows(struct tracer *tracer, size_t count)
 
 /* --- camera rays ------------------------------------------------------------------------------------------ */
 
-/* The ray through image position (x, y) in pixels; its footprint is `share` of a pixel wide. */
-static struct path camera_path(const struct plan *plan, double x, double y, double share)
-{
-    const struct plan_camera *camera = &plan->camera;
-    struct vec3 v = vec3_add_scaled(vec3_add_scaled(camera->corner, camera->right, x), camera->down, y);
-    struct vec3 d = vec3_normalize(v);
-    struct path path = {
-        .ray = {.direction = d, .t_max = INFINITY, .key_min = KEY_NONE, .from = PRIMITIVE_NONE},
-        .throughput = {1, 1, 1},
-    };
-    if (plan->needs_footprints) {
-        double scale = share / vec3_length(v);
-        struct vec3 across = vec3_add_scaled(camera->right, d, -vec3_dot(camera->right, d));
-        struct vec3 along = vec3_add_scaled(camera->down, d, -vec3_dot(camera->down, d));
-        path.footprint.direction_x = vec3_scale(across, scale);
-        path.footprint.direction_y = vec3_scale(along, scale);
-    }
-    return path;
-}
-
 static uint32_t camera_medium(struct tracer *tracer)
 {
     uint32_t medium = MEDIUM_SPACE;
@@ -104,22 +88,27 @@ static uint32_t camera_medium(struct tracer *tracer)
     return medium;
 }
 
-/* Camera rays first..first + count − 1 of a row, which are numbered pixel by pixel from x0. */
-static void start_paths(struct tracer *tracer, uint32_t x0, uint32_t y, uint64_t first, size_t count)
+/* Camera rays first .. first + count − 1 of an area, which are numbered pixel by pixel, down each column: so rays in a
+ * row stay near one another in both directions. */
+static void start_paths(struct tracer *tracer, const struct pixel_area *area, uint64_t first, size_t count)
 {
-    uint32_t samples = tracer->plan->settings.samples;
-    double share = 1 / sqrt(samples);
+    uint32_t samples = tracer->plan->settings.samples, rows = area->y1 - area->y0;
     medium_pool_clear(&tracer->media);
     path_batch_clear(&tracer->paths);
-    uint32_t medium = camera_medium(tracer);
     for (size_t i = 0; i < count; i++) {
-        uint32_t x = x0 + (uint32_t)((first + i) / samples), index = (uint32_t)((first + i) % samples);
-        struct sample_position at = sample_position(x, y, index, samples);
-        struct path path = camera_path(tracer->plan, x + at.x, y + at.y, share);
-        path.sample = (uint32_t)i;
-        path.medium = medium;
-        path_batch_push(&tracer->paths, &path);
+        uint64_t pixel = (first + i) / samples;
+        uint32_t row = (uint32_t)(pixel % rows), x = area->x0 + (uint32_t)(pixel / rows), y = area->y0 + row;
+        struct sample_position at = sample_position(x, y, (uint32_t)((first + i) % samples), samples);
+        tracer->x[i] = x + at.x;
+        tracer->y[i] = y + at.y;
+        tracer->row[i] = row;
         tracer->radiance[i] = vec3_make(0, 0, 0);
+    }
+    tracer->kernel->camera(tracer->plan, tracer->x, tracer->y, count, &tracer->paths);
+    uint32_t medium = camera_medium(tracer);
+    for (uint32_t i = 0; i < count; i++) {
+        tracer->paths.sample[i] = i;
+        tracer->paths.medium[i] = medium;
     }
 }
 
@@ -215,21 +204,25 @@ static void push_shadows(struct tracer *tracer)
 {
     const struct surfaces *surfaces = &tracer->surfaces;
     const struct lighting *lighting = &tracer->lighting;
+    shadow_batch_reserve(&tracer->shadows, tracer->shadows.rays.count + surfaces->count);
+    const struct shadow_batch to = tracer->shadows;
+    size_t at = to.rays.count;
     for (uint32_t i = 0; i < surfaces->count; i++) {
         struct vec3 radiance = lane_get(lighting->radiance, i);
         if (vec3_is_zero(radiance))
             continue;
-        struct ray ray = {
-            .origin = lane_get(surfaces->lanes.position, i),
-            .direction = lane_get(lighting->direction, i),
-            .t_min = lighting->t_min[i],
-            .t_max = lighting->t_max[i],
-            .key_min = KEY_NONE,
-            .from = (uint32_t)surfaces->lanes.id[i],
-            .departure = surfaces->lanes.side[i] == SIDE_LEAVE ? DEPART_INWARD : DEPART_OUTWARD,
-        };
-        shadow_batch_push(&tracer->shadows, &ray, radiance, i, tracer->paths.medium[surfaces->path[i]]);
+        lane_put(to.rays.origin, at, lane_get(surfaces->lanes.position, i));
+        lane_put(to.rays.direction, at, lane_get(lighting->direction, i));
+        to.rays.t_min[at] = lighting->t_min[i];
+        to.rays.t_max[at] = lighting->t_max[i];
+        to.rays.key_min[at] = LANE_KEY_NONE;
+        to.rays.from[at] = surfaces->lanes.id[i];
+        to.rays.inward[at] = surfaces->lanes.side[i] == SIDE_LEAVE;
+        to.radiance[at] = radiance;
+        to.owner[at] = i;
+        to.medium[at++] = tracer->paths.medium[surfaces->path[i]];
     }
+    tracer->shadows.rays.count = at;
 }
 
 /* Adds to each surface what comes of each light, in the order of the lights. */
@@ -324,18 +317,27 @@ static void push_children(struct tracer *tracer)
     path_batch_append(&tracer->children, &tracer->transmitted);
 }
 
+static void count_rays(struct tracer *tracer, uint32_t generation, struct ray_counts *counts)
+{
+    const struct path_batch *paths = &tracer->paths;
+    for (size_t i = 0; i < paths->rays.count; i++) {
+        struct ray_counts *of_row = &counts[tracer->row[paths->sample[i]]];
+        of_row->camera += generation == 0;
+        of_row->secondary += generation > 0;
+    }
+    for (size_t i = 0; i < tracer->shadows.rays.count; i++)
+        counts[tracer->row[paths->sample[tracer->surfaces.path[tracer->shadows.owner[i]]]]].shadow++;
+}
+
 /* Traces the paths that start_paths made, to the end. */
 static void trace(struct tracer *tracer, struct ray_counts *counts)
 {
-    counts->camera += tracer->paths.rays.count;
     for (uint32_t generation = 0; tracer->paths.rays.count > 0; generation++) {
-        if (generation > 0)
-            counts->secondary += tracer->paths.rays.count;
         find_hits(tracer);
         find_surfaces(tracer);
         add_ambient(tracer);
         add_lights(tracer);
-        counts->shadow += tracer->shadows.rays.count;
+        count_rays(tracer, generation, counts);
         gather(tracer);
         if (generation == tracer->plan->depth)
             break;
@@ -346,22 +348,23 @@ static void trace(struct tracer *tracer, struct ray_counts *counts)
     }
 }
 
-void tracer_row(struct tracer *tracer, uint32_t x0, uint32_t x1, uint32_t y, struct vec3 *pixels,
-                struct ray_counts *counts)
+void tracer_area(struct tracer *tracer, const struct pixel_area *area, struct vec3 *pixels, struct ray_counts *counts)
 {
     uint32_t samples = tracer->plan->settings.samples;
-    uint64_t total = (uint64_t)(x1 - x0) * samples;
-    for (uint32_t i = 0; i < x1 - x0; i++)
+    size_t rows = area->y1 - area->y0, width = area->x1 - area->x0;
+    uint64_t total = (uint64_t)width * rows * samples;
+    for (size_t i = 0; i < width * rows; i++)
         pixels[i] = vec3_make(0, 0, 0);
     for (uint64_t first = 0; first < total; first += CAMERA_RAYS_MAX) {
         size_t count = total - first < CAMERA_RAYS_MAX ? (size_t)(total - first) : CAMERA_RAYS_MAX;
-        start_paths(tracer, x0, y, first, count);
+        start_paths(tracer, area, first, count);
         trace(tracer, counts);
         for (size_t i = 0; i < count; i++) {
-            struct vec3 *pixel = &pixels[(first + i) / samples];
-            *pixel = vec3_add(*pixel, tracer->radiance[i]);
+            size_t pixel = (size_t)((first + i) / samples);
+            struct vec3 *to = &pixels[pixel % rows * width + pixel / rows];
+            *to = vec3_add(*to, tracer->radiance[i]);
         }
     }
-    for (uint32_t i = 0; i < x1 - x0; i++)
+    for (size_t i = 0; i < width * rows; i++)
         pixels[i] = vec3_make(pixels[i].x / samples, pixels[i].y / samples, pixels[i].z / samples);
 }

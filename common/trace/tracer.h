@@ -23,9 +23,13 @@ struct tracer *tracer_create(const struct plan *plan, const struct kernel *kerne
 /* Frees *tracer and sets it to NULL; *tracer may be NULL. */
 void tracer_destroy(struct tracer **tracer);
 
-/* Renders pixels x0 <= x < x1 of row y into pixels[x1 − x0] (mean linear radiance, not clamped) and adds its rays to
- * *counts. 0 <= x0 < x1 <= width, y < height. A pixel depends on nothing but plan and place. */
-void tracer_row(struct tracer *tracer, uint32_t x0, uint32_t x1, uint32_t y, struct vec3 *pixels,
-                struct ray_counts *counts);
+/* Pixels x0 <= x < x1 of rows y0 <= y < y1. */
+struct pixel_area {
+    uint32_t x0, x1, y0, y1;
+};
+
+/* Renders an area of the image, which must not be empty, into pixels[(y1 − y0) (x1 − x0)] (mean linear radiance, not
+ * clamped; row by row) and adds each row's rays to counts[y1 − y0]. A pixel depends on nothing but plan and place. */
+void tracer_area(struct tracer *tracer, const struct pixel_area *area, struct vec3 *pixels, struct ray_counts *counts);
 
 #endif

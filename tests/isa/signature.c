@@ -173,7 +173,7 @@ static struct digest digest_picture(const struct plan *plan, const struct kernel
     for (uint32_t y = 0; y < HEIGHT; y++) {
         struct vec3 row[WIDTH];
         struct ray_counts counts = {0};
-        tracer_row(tracer, 0, WIDTH, y, row, &counts);
+        tracer_area(tracer, &(struct pixel_area){0, WIDTH, y, y + 1}, row, &counts);
         for (size_t x = 0; x < WIDTH; x++)
             bits_put_vec3(&bits, row[x]);
     }

@@ -103,7 +103,7 @@ static void put_record(struct bytes *records, struct tracer *tracer, uint32_t y)
 {
     struct vec3 pixels[WIDTH];
     struct ray_counts counts = {0};
-    tracer_row(tracer, 0, WIDTH, y, pixels, &counts);
+    tracer_area(tracer, &(struct pixel_area){0, WIDTH, y, y + 1}, pixels, &counts);
     uint8_t *record = bytes_extend(records, record_bytes());
     row_figures_write(record, &(struct row_figures){counts.camera, counts.secondary, counts.shadow});
     pixel_format_encode(PIXEL_SRGB16, pixels, WIDTH, record + ROW_FIGURES_BYTES);

@@ -5,6 +5,8 @@
 #include "trace/kernel.h"
 
 #define LANES_DECLARE(isa)                                                                                       \
+    void camera_##isa(const struct plan *plan, const double *x, const double *y, size_t count,                   \
+                      struct path_batch *paths);                                                                 \
     void closest_##isa(const struct plan *plan, const struct ray_batch *rays, struct hit_batch *hits);           \
     void shadow_##isa(const struct plan *plan, const struct ray_batch *rays, uint8_t *blocked,                   \
                       struct crossing_list *crossings);                                                          \
