@@ -11,7 +11,7 @@
 #ifndef WEFT_MATH_ELEMENTARY_H
 #define WEFT_MATH_ELEMENTARY_H
 
-#include "math/elementary_lanes.h" /* math_exp, math_pow_unit, math_atan2 */
+#include "math/elementary_lanes.h" /* math_floor, math_exp, math_pow_unit, math_atan2 */
 
 /* Within 0.86 ulp for every finite argument, however large. */
 double math_sin(double radians);

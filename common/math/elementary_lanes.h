@@ -38,6 +38,15 @@ static inline double elementary_nearest(double x)
     return (x + 0x1.8p+52) - 0x1.8p+52;
 }
 
+/* C's floor to the last bit, in operations that SSE2 has for vectors: for |x| <= 2^52 the unit in the last place of the
+ * sum is 1, and doubles beyond are whole. */
+static inline double math_floor(double x)
+{
+    double whole = copysign(0x1p+52, x), nearest = (x + whole) - whole;
+    double below = nearest > x ? nearest - 1 : nearest;
+    return fabs(x) < 0x1p+52 ? copysign(below, x) : x;
+}
+
 /* 2^n for an integer n, −1022 <= n <= 1023: the sum ends in the bits of n + 1023, and the shift drops all others. */
 static inline double elementary_power_of_two(double n)
 {

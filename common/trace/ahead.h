@@ -56,8 +56,9 @@ static inline struct roots roots_ahead(struct roots roots, const struct window *
     double wall_ahead = roots.leave == roots.leave ? out : none;
     double departing = ray->key_min == LANE_KEY_NONE ? wall_ahead : leave;
     double own = ray->inward != 0 ? departing : INFINITY;
+    double met = wall == WALL_SOLID ? (roots.enter > roots.leave ? INFINITY : leave) : leave;
     enter = id == ray->from ? INFINITY : enter;
-    leave = id == ray->from ? (wall == WALL_NONE ? INFINITY : own) : leave;
+    leave = id == ray->from ? (wall == WALL_NONE ? INFINITY : own) : met;
     return (struct roots){enter < ray->t_max ? enter : INFINITY, leave < ray->t_max ? leave : INFINITY};
 }
 

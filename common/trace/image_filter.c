@@ -56,34 +56,54 @@ void plan_image_finish(struct plan_image *image)
 
 /* --- looking up ------------------------------------------------------------------------------------------- */
 
-/* A texel index within 0..size−1 for any finite position. */
-static uint32_t texel_index(double position, uint32_t size, bool repeat)
+/* Texel indices within 0..size−1 for any finite whole position: of the image again and again, or of its edge. */
+static uint32_t repeated_index(double position, uint32_t size)
 {
-    if (repeat) {
-        double wrapped = position - floor(position / size) * size;
-        return wrapped > 0 && wrapped < size ? (uint32_t)wrapped : 0;
-    }
-    return position <= 0 ? 0 : position >= size - 1 ? size - 1 : (uint32_t)position;
+    double wrapped = position - floor(position / size) * size;
+    return wrapped > 0 && wrapped < size ? (uint32_t)wrapped : 0;
 }
 
-static struct vec3 texel(const float *rgb, uint32_t width, uint32_t x, uint32_t y)
+static uint32_t clamped_index(double position, uint32_t size)
 {
-    const float *at = rgb + 3 * ((size_t)y * width + x);
+    return position <= 0 ? 0 : position >= size - 1.0 ? size - 1 : (uint32_t)position;
+}
+
+/* The two texels on either side of a position, counted from the first one's middle, and the second one's share. */
+struct neighbours {
+    uint32_t first, second;
+    double share;
+};
+
+static inline struct neighbours neighbours_of(double position, uint32_t size, bool repeat)
+{
+    if (position >= 0 && position < size - 1.0) { /* nearly always, and without floor and division */
+        uint32_t first = (uint32_t)position;
+        return (struct neighbours){first, first + 1, position - first};
+    }
+    double below = floor(position), share = position - below;
+    if (!repeat)
+        return (struct neighbours){clamped_index(below, size), clamped_index(below + 1, size), share};
+    uint32_t first = repeated_index(below, size);
+    return (struct neighbours){first, first + 1 < size ? first + 1 : 0, share};
+}
+
+static struct vec3 texel(const float *row, uint32_t x)
+{
+    const float *at = row + 3 * (size_t)x;
     return vec3_make(at[0], at[1], at[2]);
 }
 
-static struct vec3 bilinear(const struct plan_image *image, uint32_t level, double u, double v,
-                            const struct image_point *edges)
+static inline struct vec3 bilinear(const struct plan_image *image, uint32_t level, double u, double v,
+                                   struct image_edges edges)
 {
     uint32_t width = image->level[level].width, height = image->level[level].height;
-    double x = u * width - 0.5, y = v * height - 0.5;
-    double x_floor = floor(x), y_floor = floor(y);
-    uint32_t x0 = texel_index(x_floor, width, edges->repeat_u), x1 = texel_index(x_floor + 1, width, edges->repeat_u);
-    uint32_t y0 = texel_index(y_floor, height, edges->repeat_v), y1 = texel_index(y_floor + 1, height, edges->repeat_v);
-    const float *rgb = image->level[level].rgb;
-    struct vec3 upper = vec3_mix(texel(rgb, width, x0, y0), texel(rgb, width, x1, y0), x - x_floor);
-    struct vec3 lower = vec3_mix(texel(rgb, width, x0, y1), texel(rgb, width, x1, y1), x - x_floor);
-    return vec3_mix(upper, lower, y - y_floor);
+    struct neighbours x = neighbours_of(u * width - 0.5, width, edges.repeat_u);
+    struct neighbours y = neighbours_of(v * height - 0.5, height, edges.repeat_v);
+    const float *upper_row = image->level[level].rgb + (size_t)3 * width * y.first;
+    const float *lower_row = image->level[level].rgb + (size_t)3 * width * y.second;
+    struct vec3 upper = vec3_mix(texel(upper_row, x.first), texel(upper_row, x.second), x.share);
+    struct vec3 lower = vec3_mix(texel(lower_row, x.first), texel(lower_row, x.second), x.share);
+    return vec3_mix(upper, lower, y.share);
 }
 
 /* log2 of x >= 1, linear between powers of two: continuous, rising, and the same bits everywhere. */
@@ -99,7 +119,7 @@ static double log2_of(double x)
 }
 
 static struct vec3 trilinear(const struct plan_image *image, double level, double u, double v,
-                             const struct image_point *edges)
+                             struct image_edges edges)
 {
     double last = image->levels - 1;
     if (level >= last)
@@ -112,7 +132,7 @@ static struct vec3 trilinear(const struct plan_image *image, double level, doubl
 }
 
 /* Several looks along the footprint's longer edge, each as wide as the shorter one. */
-struct vec3 image_filter(const struct plan_image *image, const struct image_point *at)
+struct vec3 image_filter(const struct plan_image *image, const struct image_point *at, struct image_edges edges)
 {
     enum { TAPS_MAX = 8 };
     double width = image->level[0].width, height = image->level[0].height;
@@ -121,9 +141,9 @@ struct vec3 image_filter(const struct plan_image *image, const struct image_poin
     bool x_is_long = edge_x > edge_y;
     double longer = x_is_long ? edge_x : edge_y, shorter = x_is_long ? edge_y : edge_x;
     if (!(longer > 1)) /* less than a texel (or not a number, at a pole) */
-        return bilinear(image, 0, at->u, at->v, at);
+        return bilinear(image, 0, at->u, at->v, edges);
     if (longer > 4 * (width + height)) /* far beyond the whole image, and perhaps infinite */
-        return bilinear(image, image->levels - 1, at->u, at->v, at);
+        return bilinear(image, image->levels - 1, at->u, at->v, edges);
     double least = shorter > 1 ? shorter : 1;
     int taps = longer >= TAPS_MAX * least ? TAPS_MAX : (int)(longer / least) + (longer > least);
     taps = taps > TAPS_MAX ? TAPS_MAX : taps;
@@ -133,7 +153,7 @@ struct vec3 image_filter(const struct plan_image *image, const struct image_poin
     struct vec3 sum = {0, 0, 0};
     for (int i = 0; i < taps; i++) {
         double along = (i + 0.5) / taps - 0.5;
-        sum = vec3_add(sum, trilinear(image, level, at->u + along * step_u, at->v + along * step_v, at));
+        sum = vec3_add(sum, trilinear(image, level, at->u + along * step_u, at->v + along * step_v, edges));
     }
     return vec3_scale(sum, 1.0 / taps);
 }

@@ -11,9 +11,13 @@
 struct image_point {
     double u, v;
     double u_x, v_x, u_y, v_y;
-    bool repeat_u, repeat_v; /* beyond the edge: the image again, or its outermost texels */
 };
 
-struct vec3 image_filter(const struct plan_image *image, const struct image_point *point);
+/* Beyond the edge: the image again, or its outermost texels. */
+struct image_edges {
+    bool repeat_u, repeat_v;
+};
+
+struct vec3 image_filter(const struct plan_image *image, const struct image_point *point, struct image_edges edges);
 
 #endif

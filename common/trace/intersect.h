@@ -22,9 +22,9 @@
 #include "math/vec3.h"
 #include "trace/ray.h"
 
-/* Where a ray enters and leaves a primitive, as its parameter, of any sign: enter <= leave where there are both, NaN
- * where there is none. A flat primitive is entered at the front or left at the back. An infinite root is none
- * either: t_min < t < t_max is false for it. */
+/* Where a ray enters and leaves a primitive, as its parameter, of any sign; NaN where there is no such root. A flat
+ * primitive is entered at the front or left at the back. An infinite root is none either: t_min < t < t_max is false
+ * for it. enter > leave: the ray misses the solid, and leave is where it would leave if it were inside by rounding. */
 struct roots {
     double enter, leave;
 };
@@ -121,8 +121,7 @@ static inline struct interval interval_cut(struct interval a, struct interval b)
 
 static inline struct roots interval_ends(struct interval interval)
 {
-    bool some = interval.low <= interval.high;
-    return (struct roots){some ? interval.low : NAN, some ? interval.high : NAN};
+    return (struct roots){interval.low <= interval.high ? interval.low : INFINITY, interval.high};
 }
 
 /* Where low <= o + t d <= high. */

@@ -67,7 +67,8 @@ static inline double box_part(const struct box *box, struct vec3 origin, struct 
 /* v with z and that axis exchanged. */
 static inline struct vec3 axis_to_z(struct vec3 v, double axis)
 {
-    return vec3_make(axis == 0 ? v.z : v.x, axis == 1 ? v.z : v.y, axis == 0 ? v.x : axis == 1 ? v.y : v.z);
+    double y_or_z = axis == 1 ? v.y : v.z;
+    return vec3_make(axis == 0 ? v.z : v.x, axis == 1 ? v.z : v.y, axis == 0 ? v.x : y_or_z);
 }
 
 static inline struct shear shear_of(struct vec3 direction)

@@ -72,7 +72,7 @@ void mirrored_push(struct mirrored *mirrored, uint32_t surface, struct vec3 shar
 #define DEFINE_LANES(isa)                                                                                \
     LANES_DECLARE(isa);                                                                                  \
     static const struct kernel kernel_##isa = {#isa,       camera_##isa, closest_##isa, surface_##isa,   \
-                                               face_##isa, light_##isa,  shadow_##isa,  mirror_##isa}
+                                               face_##isa, pattern_##isa, light_##isa, shadow_##isa, mirror_##isa}
 
 #if defined(__x86_64__)
 DEFINE_LANES(sse2);

@@ -67,6 +67,9 @@ struct kernel {
     /* From normal and shading_normal: facing, and shading_normal turned likewise. */
     void (*face)(struct surfaces *surfaces);
 
+    /* The shares of the surfaces in `patterned`. */
+    void (*pattern)(const struct plan *plan, struct surfaces *surfaces);
+
     /* What plan light `light` would add to each surface. */
     void (*light)(const struct plan *plan, size_t light, const struct surfaces *surfaces, struct lighting *lighting);
 

@@ -161,4 +161,4 @@ static void ref_shadow(const struct plan *plan, const struct ray_batch *rays, ui
 LANES_DECLARE(ref);
 
 const struct kernel kernel_ref = {"ref",    camera_ref, ref_closest, surface_ref,
-                                  face_ref, light_ref,  ref_shadow,  mirror_ref};
+                                  face_ref, pattern_ref, light_ref,  ref_shadow,  mirror_ref};

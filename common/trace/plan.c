@@ -130,6 +130,8 @@ static bool camera_is_inside(const struct plan *plan, uint32_t object, struct ve
     *wall = INFINITY;
     for (size_t id = plan->objects[object].first_primitive; id < end; id++) {
         struct roots roots = plan_roots(plan, (uint32_t)id, vec3_make(0, 0, 0), direction, &shear);
+        if (roots.enter > roots.leave)
+            continue;
         if (roots.enter > 0 && roots.enter < INFINITY)
             leaves--;
         if (roots.leave > 0 && roots.leave < INFINITY) {

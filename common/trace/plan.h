@@ -75,7 +75,7 @@ struct plan_texture {
     uint8_t kind; /* enum texture_kind */
     uint8_t map;  /* enum texture_map */
     struct vec3 color[2];
-    struct texture_row row[3];  /* see texture.c for what each kind keeps here */
+    struct texture_row row[3];  /* see plan_texture.c for what each kind keeps here */
     uint32_t image[BOX_FACES];  /* into plan.images */
     double repeat_u, repeat_v;
 };

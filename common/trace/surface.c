@@ -1,6 +1,7 @@
 #include "trace/surface.h"
 
 #include "trace/surface_shapes.h"
+#include "trace/texture_maps.h"
 
 struct hit hit_at(const struct plan *plan, const struct ray_batch *rays, const struct hit_batch *hits, size_t index)
 {
@@ -156,21 +157,15 @@ static void mesh_texture_point(const struct plan *plan, const struct hit *hit, c
     if (!mesh->uv)
         return;
     const uint32_t *corner = mesh_corners(plan, hit->id);
-    struct vec3 by_x = mesh_weights_change(plan, primitive, point->position_x);
-    struct vec3 by_y = mesh_weights_change(plan, primitive, point->position_y);
-    const double weights[3] = {surface->weights.x, surface->weights.y, surface->weights.z};
-    const double change_x[3] = {by_x.x, by_x.y, by_x.z}, change_y[3] = {by_y.x, by_y.y, by_y.z};
-    for (int c = 0; c < 2; c++)
-        for (int i = 0; i < 3; i++) {
-            double value = mesh->uv[2 * (size_t)corner[i] + (size_t)c];
-            point->uv[c] += weights[i] * value;
-            point->uv_x[c] += change_x[i] * value;
-            point->uv_y[c] += change_y[i] * value;
-        }
+    const double *a = &mesh->uv[2 * (size_t)corner[0]], *b = &mesh->uv[2 * (size_t)corner[1]];
+    const double *c = &mesh->uv[2 * (size_t)corner[2]];
+    struct corner_uv corners = {{a[0], b[0], c[0]}, {a[1], b[1], c[1]}};
+    struct texture_area weights = {surface->weights, mesh_weights_change(plan, primitive, point->position_x),
+                                   mesh_weights_change(plan, primitive, point->position_y)};
+    point->mesh = map_mesh(&corners, &weights);
 }
 
-/* The object coordinate that is constant on this piece of the primitive, or −1. */
-static int8_t flat_axis(const struct primitive *primitive, uint8_t part)
+int8_t surface_flat_axis(const struct primitive *primitive, uint8_t part)
 {
     if (primitive->kind == PRIMITIVE_BOX)
         return (int8_t)(part / 2);
@@ -188,7 +183,7 @@ struct vec3 surface_color(const struct plan *plan, const struct hit *hit, const 
         return texture->color[0];
     struct texture_point point = {
         .position = surface->position,
-        .flat_axis = flat_axis(primitive, hit->part),
+        .flat_axis = surface_flat_axis(primitive, hit->part),
         .box_face = primitive->kind == PRIMITIVE_BOX ? (int8_t)hit->part : -1,
     };
     if (spread) {

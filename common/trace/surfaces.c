@@ -15,6 +15,12 @@ void surfaces_finish(struct surfaces *s)
     free(s->index);
     free(s->material);
     free(s->of_path);
+    for (int kind = 0; kind < TEXTURE_IMAGE; kind++) {
+        free(s->patterned[kind].surface);
+        free(s->patterned[kind].texture);
+        free(s->patterned[kind].flat_axis);
+        free(s->patterned[kind].share);
+    }
     *s = (struct surfaces){0};
 }
 
@@ -139,11 +145,46 @@ static struct vec3 textured(const struct surfaces *s, const struct plan *plan, c
     return surface_color(plan, &hit, &surface, &spread);
 }
 
+static void push_patterned(struct patterned *to, const struct plan *plan, const struct surfaces *s, uint32_t at,
+                           uint32_t texture)
+{
+    if (to->count == to->capacity) {
+        size_t capacity = lanes_in_packets(2 * to->capacity + 1);
+        to->surface = memory_resize(to->surface, capacity, sizeof *to->surface);
+        to->texture = memory_resize(to->texture, capacity, sizeof *to->texture);
+        lanes_grow(&to->flat_axis, to->count, capacity);
+        lanes_grow(&to->share, 0, capacity);
+        to->capacity = capacity;
+    }
+    const struct primitive *primitive = &plan->primitives[(uint32_t)s->lanes.id[at]];
+    to->surface[to->count] = at;
+    to->texture[to->count] = texture;
+    to->flat_axis[to->count++] = surface_flat_axis(primitive, (uint8_t)s->lanes.part[at]);
+}
+
 void surfaces_color(struct surfaces *s, const struct plan *plan, const struct path_batch *paths)
 {
-    for (size_t at = 0; at < s->count; at++) {
-        const struct plan_texture *texture = &plan->textures[object_of(s, plan, at)->texture];
-        bool constant = texture->kind == TEXTURE_CONSTANT;
-        lane_put(s->lanes.color, at, constant ? texture->color[0] : textured(s, plan, paths, at));
+    for (int kind = 0; kind < TEXTURE_IMAGE; kind++)
+        s->patterned[kind].count = 0;
+    for (uint32_t at = 0; at < s->count; at++) {
+        uint32_t index = object_of(s, plan, at)->texture;
+        const struct plan_texture *texture = &plan->textures[index];
+        if (texture->kind == TEXTURE_CONSTANT)
+            lane_put(s->lanes.color, at, texture->color[0]);
+        else if (texture->kind == TEXTURE_IMAGE)
+            lane_put(s->lanes.color, at, textured(s, plan, paths, at));
+        else
+            push_patterned(&s->patterned[texture->kind], plan, s, at, index);
+    }
+}
+
+void surfaces_mix_patterns(struct surfaces *s, const struct plan *plan)
+{
+    for (int kind = 0; kind < TEXTURE_IMAGE; kind++) {
+        const struct patterned *from = &s->patterned[kind];
+        for (size_t i = 0; i < from->count; i++) {
+            const struct vec3 *color = plan->textures[from->texture[i]].color;
+            lane_put(s->lanes.color, from->surface[i], vec3_mix(color[0], color[1], from->share[i]));
+        }
     }
 }

@@ -30,6 +30,14 @@ struct surface_lanes {
     double *local[3];          /* radiance that leaves it towards the path */
 };
 
+/* Surfaces, by number, that wear one kind of pattern, and what comes of it. Arrays as in ray_batch. */
+struct patterned {
+    size_t count, capacity;
+    uint32_t *surface, *texture; /* texture: into plan.textures */
+    double *flat_axis;           /* surface_flat_axis */
+    double *share;               /* of the texture's second colour */
+};
+
 /* All zero is empty. */
 struct surfaces {
     size_t count, capacity;
@@ -39,6 +47,7 @@ struct surfaces {
     uint32_t *material;
     uint32_t *of_path; /* of each path: its surface, or SURFACE_NONE */
     struct surface_lanes lanes;
+    struct patterned patterned[TEXTURE_IMAGE]; /* by kind of texture: checker, stripes and gradient */
 };
 
 void surfaces_finish(struct surfaces *surfaces);
@@ -51,8 +60,11 @@ void surfaces_collect(struct surfaces *surfaces, const struct plan *plan, const 
 /* Once points and normals are known: the shading normals of smooth meshes, and their change. */
 void surfaces_smooth(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
 
-/* Sets color. */
+/* Sets color where it needs no pattern, and notes in `patterned` where it does. */
 void surfaces_color(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
+
+/* Sets color where the patterns' shares have been found. */
+void surfaces_mix_patterns(struct surfaces *surfaces, const struct plan *plan);
 
 /* One of them. */
 struct hit surfaces_hit(const struct surfaces *surfaces, size_t at);

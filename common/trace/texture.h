@@ -4,6 +4,7 @@
 #ifndef WEFT_TRACE_TEXTURE_H
 #define WEFT_TRACE_TEXTURE_H
 
+#include "trace/image_filter.h"
 #include "trace/plan.h"
 
 /* Where a texture is looked up, in coordinates relative to the camera. */
@@ -12,7 +13,7 @@ struct texture_point {
     struct vec3 position_x, position_y; /* how it moves over the footprint: its two edges; zero for a point */
     int8_t flat_axis;                   /* the object coordinate that is constant here, 0..2, or −1 */
     int8_t box_face;                    /* 0..5 on a box, else −1 */
-    double uv[2], uv_x[2], uv_y[2];     /* MAP_MESH only: texture coordinates and their footprint */
+    struct image_point mesh;            /* MAP_MESH only: as map_mesh says */
 };
 
 /* Linear light, within the range of the texture's own colours. */

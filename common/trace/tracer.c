@@ -183,6 +183,8 @@ static void find_surfaces(struct tracer *tracer)
     surfaces_smooth(&tracer->surfaces, plan, &tracer->paths);
     tracer->kernel->face(&tracer->surfaces);
     surfaces_color(&tracer->surfaces, plan, &tracer->paths);
+    tracer->kernel->pattern(plan, &tracer->surfaces);
+    surfaces_mix_patterns(&tracer->surfaces, plan);
     absorb(tracer);
     widen_boundaries(tracer);
 }

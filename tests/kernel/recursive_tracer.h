@@ -44,6 +44,8 @@ static size_t roots_of(const struct plan *plan, const struct ray *ray, struct hi
     size_t count = 0;
     for (uint32_t id = 0; id < plan->primitive_count; id++) {
         struct roots roots = plan_roots(plan, id, ray->origin, ray->direction, &shear);
+        if (id != ray->from && roots.enter > roots.leave)
+            continue;
         enum primitive_kind kind = plan->primitives[id].kind;
         bool flat = kind == PRIMITIVE_PLANE || kind == PRIMITIVE_DISC || kind == PRIMITIVE_TRIANGLE;
         bool open = kind == PRIMITIVE_FRUSTUM && plan->frustums[plan->primitives[id].index].open;

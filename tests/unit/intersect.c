@@ -13,6 +13,7 @@
 
 #include "tests/random.h"
 #include "tests/unit/roots_help.h"
+#include "trace/ahead.h"
 
 static const struct vec3 forward = {0, 0, 1};
 static const struct sphere unit_sphere = {{0, 0, 0}, 1};
@@ -359,6 +360,24 @@ static void box_faces_edges_and_corners(void **state)
     assert_true(!which(touch) || is_near(touch.enter, sqrt(2), 1e-15 * 4));
 }
 
+/* A ray that starts on a face, outside by rounding, and leaves over the next edge before it comes in: it has gone in, so
+ * it comes out at the edge. Any other ray misses. */
+static void what_goes_in_over_an_edge_comes_out_there(void **state)
+{
+    (void)state;
+    struct vec3 o = {1 + DBL_EPSILON, 1 - 1e-9, 0}, d = vec3_normalize(vec3_make(-1e-8, 1, 0));
+    struct ray ray = {o, d, 0, INFINITY, KEY_NONE, 5, DEPART_INWARD};
+    struct window window = window_of(&ray);
+    struct roots own = roots_ahead(box_roots(&cube, o, d), &window, 5, WALL_SOLID);
+    assert_true(own.enter == INFINITY && is_near(own.leave, 1e-9, DBL_EPSILON));
+    struct roots other = roots_ahead(box_roots(&cube, o, d), &window, 6, WALL_SOLID);
+    assert_true(other.enter == INFINITY && other.leave == INFINITY);
+    ray.departure = DEPART_OUTWARD;
+    window = window_of(&ray);
+    own = roots_ahead(box_roots(&cube, o, d), &window, 5, WALL_SOLID);
+    assert_true(own.enter == INFINITY && own.leave == INFINITY);
+}
+
 /* Every root lies on the face that it names, and a turned box gives what turning the ray back gives. */
 static void box_parts_are_where_they_say(void **state)
 {
@@ -401,6 +420,7 @@ int main(void)
         cmocka_unit_test(frustum_parts_are_where_they_say),
         cmocka_unit_test(rims_and_apex_do_not_leak),
         cmocka_unit_test(box_faces_edges_and_corners),
+        cmocka_unit_test(what_goes_in_over_an_edge_comes_out_there),
         cmocka_unit_test(box_parts_are_where_they_say),
     };
     return cmocka_run_group_tests(tests, make_solids, NULL);

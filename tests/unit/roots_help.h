@@ -9,6 +9,8 @@ enum { ENTERS = 1, LEAVES = 2 };
 
 static inline int which(struct roots roots)
 {
+    if (roots.enter > roots.leave)
+        return 0;
     return (isfinite(roots.enter) ? ENTERS : 0) | (isfinite(roots.leave) ? LEAVES : 0);
 }
 

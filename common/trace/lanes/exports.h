@@ -12,6 +12,7 @@
                       struct crossing_list *crossings);                                                          \
     void surface_##isa(const struct plan *plan, const struct path_batch *paths, struct surfaces *surfaces);      \
     void face_##isa(struct surfaces *surfaces);                                                                  \
+    void pattern_##isa(const struct plan *plan, struct surfaces *surfaces);                                      \
     void light_##isa(const struct plan *plan, size_t light, const struct surfaces *surfaces,                     \
                      struct lighting *lighting);                                                                 \
     void mirror_##isa(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,  \
