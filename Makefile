@@ -32,6 +32,8 @@ ISAS_aarch64 = neon
 FLAGS_avx2   = -mavx2
 FLAGS_avx512 = -mavx512f -mavx512vl -mavx512dq -mavx512bw -mprefer-vector-width=512
 ISAS   := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine))))
+# clang warns of loops that it leaves scalar (those that gather); gcc does not know the option and does not mind.
+LANE_WARN    = -Wno-pass-failed
 # The scalar kernel has calls of its own for what goes through the tree; the others it has without vectors.
 FLAGS_ref    = -fno-tree-vectorize
 LANES_ref    = $(filter-out %/closest.c %/shadow.c,$(LANES))
@@ -88,7 +90,7 @@ define LANES_RULE
 $(B)/obj/common/trace/lanes/%.$(1).o: common/trace/lanes/%.c $(B)/core_revision.h Makefile | $(B)/dependencies
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo '  CC   $$< ($(1))')
-	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -DLANES_SUFFIX=$(1) $(FLAGS_$(1)) -MMD -MP -c -o $$@ $$<
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) $(LANE_WARN) -DLANES_SUFFIX=$(1) $(FLAGS_$(1)) -MMD -MP -c -o $$@ $$<
 endef
 $(foreach isa,ref $(ISAS),$(eval $(call LANES_RULE,$(isa))))
 
