@@ -31,7 +31,9 @@ ISAS_x86_64  = sse2 avx2 avx512
 ISAS_aarch64 = neon
 FLAGS_avx2   = -mavx2
 FLAGS_avx512 = -mavx512f -mavx512vl -mavx512dq -mavx512bw -mprefer-vector-width=512
-ISAS   := $(ISAS_$(firstword $(subst -, ,$(shell $(CC) -dumpmachine))))
+# The compiler's target; where no compiler is installed yet, the machine itself.
+TARGET := $(or $(shell $(CC) -dumpmachine 2>/dev/null),$(shell uname -m))
+ISAS   := $(ISAS_$(firstword $(subst -, ,$(TARGET))))
 # clang warns of loops that it leaves scalar (those that gather); gcc does not know the option and does not mind.
 LANE_WARN    = -Wno-pass-failed
 # The scalar kernel has calls of its own for what goes through the tree; the others it has without vectors.
