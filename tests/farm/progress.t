@@ -4,7 +4,7 @@
 
 picture=$tmp/a.png
 escape=$'\e'
-brief=("${slow[@]}" --samples "$([ "$mode" = sanitize ] && echo 2 || echo 8)") # long enough for a bar to be drawn
+brief=("${slow[@]}" --samples "$([ "$mode" = sanitize ] && echo 4 || echo 36)") # long enough for a bar to be drawn
 
 # --- JSON lines -----------------------------------------------------------------------------------------------
 # every FILE EXPRESSION: the Perl expression holds for each line of the file, as the decoded object $_.
@@ -50,7 +50,7 @@ cp "$tmp/run.out" "$tmp/odd.json"
 holds "is JSON still, a byte that is not UTF-8 replaced" "$tmp/odd.json" \
     '$_->{jobs}[0]{scene} =~ m{/odd "name"\\\t\x{FFFD} \x{E9}\.json$}'
 
-start ended "$weft" render "${slow[@]}" --samples 200 --band 1 --progress json -o "$picture"
+start ended "$weft" render "${slow[@]}" --samples 800 --band 1 --progress json -o "$picture"
 wait_until "has_rows ended 1" 30
 kill -TERM "$pid"
 ends 143 "an interrupted render" "$pid" 5 ended

@@ -54,7 +54,7 @@ same_bytes "and it keeps its bytes" "$tmp/one/first.png" "$tmp/one/second.png"
 
 # --- interrupted ----------------------------------------------------------------------------------------------
 start series \
-    "$weft" render "$scenes/first.json" "${slow[@]}" --samples 200 --progress json -o "$tmp/series"
+    "$weft" render "$scenes/first.json" "${slow[@]}" --samples 800 --progress json -o "$tmp/series"
 wait_until "[ -e '$tmp/series/first.png' ]" 30
 kill -TERM "$pid"
 ends 143 "a series that is ended" "$pid" 2 series
