@@ -29,7 +29,7 @@ static const struct option_spec options[] = {
     {'l', "listen", "ENDPOINT", "also take workers from elsewhere, e.g. tcp://127.0.0.1:7420"},
     {OPTION_INSECURE, "insecure", NULL, "listen beyond this machine without keys"},
     {OPTION_BAND, "band", "ROWS", "rows handed out at a time (default: chosen)"},
-    {OPTION_KERNEL, "kernel", "NAME", "force the local workers' kernel: ref"},
+    {OPTION_KERNEL, "kernel", "NAME", "force the local workers' kernel: ref, sse2, avx2, avx512, neon"},
     {OPTION_PROGRESS, "progress", "MODE", "auto, bar, json or none (default auto)"},
     {'q', "quiet", NULL, "say only what is wrong"},
     {'v', "verbose", NULL, "say more"},

@@ -22,7 +22,7 @@ enum { EXIT_INTERRUPTED = 130, EXIT_TERMINATED = 143 };
 
 static const struct option_spec options[] = {
     {'t', "threads", "N", "render threads (default: all cores that this process may use)"},
-    {OPTION_KERNEL, "kernel", "NAME", "force a kernel: ref"},
+    {OPTION_KERNEL, "kernel", "NAME", "force a kernel: ref, sse2, avx2, avx512, neon"},
     {OPTION_ONCE, "once", NULL, "end with the coordinator's goodbye instead of waiting for the next one"},
     {OPTION_WAIT, "wait", "SECONDS", "give up when no coordinator answers for so long (default: never)"},
     {OPTION_TETHER, "tether", NULL, "end at once when standard input closes"},

@@ -47,33 +47,15 @@ void shading_init(struct shading *shading, const struct plan *plan, const struct
         shading->shading_normal = shading->normal;
     shading->walls = NULL;
     shading->wall_count = 0;
-    shading->boundary_depth = 0;
-}
-
-/* The true places of the walls are within 3/2 windows of one another along the ray; the rest is for rounding. */
-void shading_set_boundary(struct shading *shading, const struct crossing *walls, size_t count)
-{
-    const struct ray *ray = &shading->path.ray;
-    double cosine = fabs(vec3_dot(ray->direction, shading->surface.normal));
-    shading->walls = walls;
-    shading->wall_count = count;
-    shading->boundary_depth = 2 * boundary_window(ray->origin, shading->hit.t) * cosine;
-}
-
-struct vec3 shading_ambient(const struct plan *plan, const struct shading *shading)
-{
-    struct vec3 own = vec3_mul(shading->color, shading->material->surface_share);
-    return vec3_mul(vec3_scale(own, shading->material->ambient), plan->ambient);
 }
 
 /* A ray from the surface's point. Other surfaces that coincide with this one are not met. */
 static struct ray departing_ray(const struct shading *shading, struct vec3 direction, enum departure departure)
 {
-    double error = shading->surface.error + shading->boundary_depth;
     return (struct ray){
         .origin = shading->surface.position,
         .direction = direction,
-        .t_min = depart_t_min(shading->surface.position, error, shading->surface.normal, direction),
+        .t_min = depart_t_min(shading->surface.position, shading->surface.error, shading->surface.normal, direction),
         .t_max = INFINITY,
         .key_min = KEY_NONE,
         .from = shading->hit.id,

@@ -23,22 +23,14 @@ struct shading {
     struct vec3 color;               /* of the surface */
     bool needs_footprints;
 
-    /* The boundary that the hit stands for: its walls in the order of crossing, none if the hit is the only one, and
-     * how far from the surface, on either side, the others may be. */
+    /* The boundary that the hit stands for: its walls in the order of crossing, borrowed; none if the hit is the only
+     * one. The surface's error then spans them all. */
     const struct crossing *walls;
     size_t wall_count;
-    double boundary_depth;
 };
 
 void shading_init(struct shading *shading, const struct plan *plan, const struct medium_pool *media,
                   const struct path *path, const struct hit *hit);
-
-/* Makes the hit, which must be the wall that stands for it, that of a boundary of more than one wall, as in
- * boundary_batch.walls; they are borrowed. */
-void shading_set_boundary(struct shading *shading, const struct crossing *walls, size_t count);
-
-/* What the surface gives back of the ambient light. */
-struct vec3 shading_ambient(const struct plan *plan, const struct shading *shading);
 
 /* Pushes a shadow ray for each light that would add something, in the lights' order. */
 void shading_push_shadows(const struct plan *plan, const struct shading *shading, uint32_t owner,

@@ -1,7 +1,8 @@
 /*
  * Paths are traced generation by generation: all camera rays of a batch, then all their children, and so on. A sample's
  * radiance is the sum of throughput × local radiance over its hits in the order of the batches: by generation, mirrored
- * ones before transmitted ones, and each in the order of their parents. That order is the ray tree's own, so no grouping of rays can change the sum.
+ * ones before transmitted ones, and each in the order of their parents. That order is the ray tree's own, so no grouping
+ * of rays can change the sum.
  */
 #include "trace/tracer.h"
 
@@ -9,7 +10,6 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "math/elementary.h"
 #include "trace/boundary.h"
 #include "trace/sample.h"
 #include "trace/shade.h"

@@ -55,11 +55,6 @@ static inline struct vec3 packet_direction(const struct packet *p, int i)
     return vec3_make(p->direction[0][i], p->direction[1][i], p->direction[2][i]);
 }
 
-static inline struct shear packet_shear(const struct packet *p, int i)
-{
-    return (struct shear){p->shear.axis[i], p->shear.x[i], p->shear.y[i], p->shear.winding[i]};
-}
-
 static inline struct window packet_window(const struct packet *p, int i)
 {
     return (struct window){p->t_min[i], INFINITY, p->key_min[i], p->from[i], p->inward[i], p->reach[i]};
