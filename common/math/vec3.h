@@ -57,6 +57,12 @@ static inline struct vec3 vec3_mix(struct vec3 a, struct vec3 b, double s)
     return vec3_add(vec3_scale(a, 1 - s), vec3_scale(b, s));
 }
 
+/* a if first is not 0, else b: a choice without a branch. */
+static inline struct vec3 vec3_choose(double first, struct vec3 a, struct vec3 b)
+{
+    return vec3_make(first != 0 ? a.x : b.x, first != 0 ? a.y : b.y, first != 0 ? a.z : b.z);
+}
+
 static inline double vec3_dot(struct vec3 a, struct vec3 b)
 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -31,11 +31,25 @@ struct mirroring {
 static inline struct mirroring depart_mirrored(struct vec3 incoming, struct vec3 shading_normal, struct vec3 facing)
 {
     struct vec3 smooth = optics_reflect(incoming, shading_normal), flat = optics_reflect(incoming, facing);
-    double out = vec3_dot(smooth, facing);
-    struct vec3 direction = {out > 0 ? smooth.x : flat.x, out > 0 ? smooth.y : flat.y, out > 0 ? smooth.z : flat.z};
-    struct vec3 normal = {out > 0 ? shading_normal.x : facing.x, out > 0 ? shading_normal.y : facing.y,
-                          out > 0 ? shading_normal.z : facing.z};
-    return (struct mirroring){direction, normal};
+    double out = vec3_dot(smooth, facing) > 0 ? 1 : 0;
+    return (struct mirroring){vec3_choose(out, smooth, flat), vec3_choose(out, shading_normal, facing)};
+}
+
+/* A refraction, and the normal that it is about: the shading normal, or the geometric one where that would leave the ray
+ * on its side. Both normals are on the side that `incoming` comes from. */
+struct bending {
+    struct refraction refraction;
+    struct vec3 normal;
+};
+
+static inline struct bending depart_refracted(struct vec3 incoming, struct vec3 shading_normal, struct vec3 facing,
+                                              double ior_here, double ior_beyond)
+{
+    struct refraction smooth = optics_refraction(incoming, shading_normal, ior_here, ior_beyond);
+    double ahead = vec3_dot(optics_refract(&smooth, incoming, shading_normal), facing);
+    ahead = smooth.total > 0 ? -1 : ahead;
+    struct vec3 normal = vec3_choose(ahead < 0 ? 1 : 0, shading_normal, facing);
+    return (struct bending){optics_refraction(incoming, normal, ior_here, ior_beyond), normal};
 }
 
 #endif

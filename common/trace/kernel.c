@@ -26,53 +26,16 @@ size_t crossing_list_run(const struct crossing_list *list, size_t start, uint32_
     return end - start;
 }
 
-enum { LIGHTING_ARRAYS = sizeof(struct lighting) / sizeof(double *) - 1 };
-
-void lighting_finish(struct lighting *lighting)
-{
-    double **arrays = lighting->direction;
-    for (size_t i = 0; i < LIGHTING_ARRAYS; i++)
-        free(arrays[i]);
-    *lighting = (struct lighting){0};
-}
-
-void lighting_reserve(struct lighting *lighting, size_t capacity)
-{
-    if (capacity <= lighting->capacity)
-        return;
-    lighting->capacity = lanes_in_packets(capacity);
-    double **arrays = lighting->direction;
-    for (size_t i = 0; i < LIGHTING_ARRAYS; i++)
-        lanes_grow(&arrays[i], 0, lighting->capacity);
-}
-
-void mirrored_finish(struct mirrored *mirrored)
-{
-    free(mirrored->surface);
-    for (int axis = 0; axis < 3; axis++)
-        free(mirrored->share[axis]);
-    *mirrored = (struct mirrored){0};
-}
-
-void mirrored_push(struct mirrored *mirrored, uint32_t surface, struct vec3 share)
-{
-    if (mirrored->count == mirrored->capacity) {
-        size_t capacity = lanes_in_packets(2 * mirrored->capacity + 1);
-        mirrored->surface = memory_resize(mirrored->surface, capacity, sizeof *mirrored->surface);
-        for (int axis = 0; axis < 3; axis++)
-            lanes_grow(&mirrored->share[axis], mirrored->count, capacity);
-        mirrored->capacity = capacity;
-    }
-    mirrored->surface[mirrored->count] = surface;
-    lane_put(mirrored->share, mirrored->count++, share);
-}
-
 /* --- the list --------------------------------------------------------------------------------------------- */
 
-#define DEFINE_LANES(isa)                                                                                \
-    LANES_DECLARE(isa);                                                                                  \
-    static const struct kernel kernel_##isa = {#isa,       camera_##isa, closest_##isa, surface_##isa,   \
-                                               face_##isa, pattern_##isa, light_##isa, shadow_##isa, mirror_##isa}
+#define DEFINE_LANES(isa)                              \
+    LANES_DECLARE(isa);                                \
+    static const struct kernel kernel_##isa = {        \
+        .name = #isa,                                  \
+        .closest = closest_##isa,                      \
+        .shadow = shadow_##isa,                        \
+        LANES_STAGES(isa),                             \
+    }
 
 #if defined(__x86_64__)
 DEFINE_LANES(sse2);

@@ -5,6 +5,8 @@
 #ifndef WEFT_TRACE_KERNEL_H
 #define WEFT_TRACE_KERNEL_H
 
+#include "trace/children.h"
+#include "trace/lighting.h"
 #include "trace/plan.h"
 #include "trace/ray.h"
 #include "trace/surfaces.h"
@@ -29,39 +31,32 @@ void crossing_list_push(struct crossing_list *list, const struct crossing *cross
 /* How many crossings from items[start] on are of that ray. */
 size_t crossing_list_run(const struct crossing_list *list, size_t start, uint32_t ray);
 
-/* What one light would add to each of a generation's surfaces if nothing stood between: shadow rays that start on the
- * surface, and radiance, which is 0 where none is needed. Arrays as in ray_batch. */
-struct lighting {
-    size_t capacity;
-    double *direction[3], *t_min, *t_max, *radiance[3];
+/* Camera rays, `count` of them, as arrays of that length: in, the pixel and the sample's digits (see sample.h); out, the
+ * place in the image, in pixels. */
+struct camera_rays {
+    size_t count;
+    uint32_t samples; /* a pixel */
+    uint32_t *pixel_x, *pixel_y, *digits_x, *digits_y;
+    double *x, *y;
 };
 
-void lighting_finish(struct lighting *lighting);
-void lighting_reserve(struct lighting *lighting, size_t capacity);
-
-/* Surfaces, by number, that mirror `share` of the light. Arrays as in ray_batch. */
-struct mirrored {
-    size_t count, capacity;
-    uint32_t *surface;
-    double *share[3];
-};
-
-void mirrored_finish(struct mirrored *mirrored);
-void mirrored_push(struct mirrored *mirrored, uint32_t surface, struct vec3 share);
-
-/* A kernel's calls, in the order in which a generation of paths needs them. */
+/* A kernel's calls, in the order in which a generation of paths needs them. What a call sets has room before. */
 struct kernel {
     const char *name;
 
-    /* Camera rays through the image positions (x[i], y[i]), in pixels, as paths 0 .. count − 1, but for sample and
-     * medium. */
-    void (*camera)(const struct plan *plan, const double *x, const double *y, size_t count, struct path_batch *paths);
+    /* Camera rays as paths 0 .. count − 1, but for sample and medium. */
+    void (*camera)(const struct plan *plan, const struct camera_rays *rays, struct path_batch *paths);
 
     /* The hit of each ray into hits[0..rays->count). */
     void (*closest)(const struct plan *plan, const struct ray_batch *rays, struct hit_batch *hits);
 
-    /* Points, normals and, where the plan needs them, footprints of surfaces that have been collected: part, position,
-     * error, normal, spread; shading_normal as if no mesh were smooth, and turned nowhere yet. */
+    /* Of surfaces that have been sorted: index, material, texture, and of the lanes t, side, id, leave_share, extent,
+     * direction, throughput, and the first colour of the texture. */
+    void (*collect)(const struct plan *plan, const struct path_batch *paths, const struct hit_batch *hits,
+                    struct surfaces *surfaces);
+
+    /* Points, normals and, where the plan needs them, footprints: part, position, error, normal, spread;
+     * shading_normal as if no mesh were smooth, and turned nowhere yet. */
     void (*surface)(const struct plan *plan, const struct path_batch *paths, struct surfaces *surfaces);
 
     /* From normal and shading_normal: facing, and shading_normal turned likewise. */
@@ -70,17 +65,35 @@ struct kernel {
     /* The shares of the surfaces in `patterned`. */
     void (*pattern)(const struct plan *plan, struct surfaces *surfaces);
 
+    /* From color: own, and local as the ambient light makes it. */
+    void (*ambient)(const struct plan *plan, struct surfaces *surfaces);
+
     /* What plan light `light` would add to each surface. */
     void (*light)(const struct plan *plan, size_t light, const struct surfaces *surfaces, struct lighting *lighting);
+
+    /* The rays of the surfaces that a shadow batch has collected. */
+    void (*shadow_rays)(const struct surfaces *surfaces, const struct lighting *lighting,
+                        struct shadow_batch *shadows);
 
     /* Sets blocked[i] to whether ray i meets anything that blocks light, and appends, in any order, all
      * crossings of the rays that are not blocked (and perhaps some of blocked ones). */
     void (*shadow)(const struct plan *plan, const struct ray_batch *rays, uint8_t *blocked,
                    struct crossing_list *crossings);
 
-    /* Adds a path for each mirrored surface to the children, in order. */
+    /* Adds the lighting's radiance to local. */
+    void (*add_light)(const struct lighting *lighting, struct surfaces *surfaces);
+
+    /* Multiplies local by the paths' throughput. */
+    void (*weigh)(struct surfaces *surfaces);
+
+    /* Reflectances of the boundaries in the list, and the shares of light that pass them. */
+    void (*refract)(const struct surfaces *surfaces, struct transmitted *transmitted);
+
+    /* These add a path for each surface in the list to the children, in order. */
     void (*mirror)(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,
                    const struct mirrored *mirrored, struct path_batch *children);
+    void (*transmit)(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,
+                     const struct transmitted *transmitted, struct path_batch *children);
 };
 
 /* The kernel of that name (ref, sse2, avx2, avx512, neon), or NULL if there is none or this machine cannot run it. */

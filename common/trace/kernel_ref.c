@@ -160,5 +160,4 @@ static void ref_shadow(const struct plan *plan, const struct ray_batch *rays, ui
 /* The rest is the source of the other kernels, compiled for one lane. */
 LANES_DECLARE(ref);
 
-const struct kernel kernel_ref = {"ref",    camera_ref, ref_closest, surface_ref,
-                                  face_ref, pattern_ref, light_ref,  ref_shadow,  mirror_ref};
+const struct kernel kernel_ref = {.name = "ref", .closest = ref_closest, .shadow = ref_shadow, LANES_STAGES(ref)};

@@ -85,13 +85,13 @@ static inline bool light_arrive(const struct plan_light *light, struct vec3 posi
 /* --- Phong surfaces --------------------------------------------------------------------------------------- */
 
 /* A surface's answers to light from `to_light`, seen against `direction`: unit vectors, normal on the viewer's side.
- * `color` is the surface's own colour there. Both are 0 if the light is behind it. */
-static inline struct vec3 light_diffuse(const struct plan_material *material, struct vec3 color, struct vec3 normal,
+ * `own` is the surface's colour there times the material's surface_share. Both are 0 if the light is behind it. */
+static inline struct vec3 light_diffuse(const struct plan_material *material, struct vec3 own, struct vec3 normal,
                                         struct vec3 to_light)
 {
     double cosine = vec3_dot(normal, to_light);
     double lit = cosine > 0 ? cosine : 0;
-    return vec3_scale(vec3_mul(color, material->surface_share), material->diffuse * lit);
+    return vec3_scale(own, material->diffuse * lit);
 }
 
 static inline struct vec3 light_highlight(const struct plan_material *material, struct vec3 normal,
@@ -101,14 +101,6 @@ static inline struct vec3 light_highlight(const struct plan_material *material, 
     struct vec3 mirrored = vec3_sub(vec3_scale(normal, 2 * cosine), to_light);
     double towards_eye = -vec3_dot(mirrored, direction);
     return vec3_scale(material->specular, math_pow_unit(cosine > 0 ? towards_eye : 0, material->shininess));
-}
-
-/* Both together. For one ray: by a branch. */
-static inline struct vec3 light_phong(const struct plan_material *material, struct vec3 color, struct vec3 normal,
-                                      struct vec3 direction, struct vec3 to_light)
-{
-    struct vec3 diffuse = light_diffuse(material, color, normal, to_light);
-    return material->highlights ? vec3_add(diffuse, light_highlight(material, normal, direction, to_light)) : diffuse;
 }
 
 #endif

@@ -72,8 +72,13 @@ static void build_materials(struct plan *plan, const struct scene *scene)
 {
     plan->material_count = scene->material_count;
     plan->materials = memory_array(scene->material_count, sizeof *plan->materials);
-    for (size_t i = 0; i < scene->material_count; i++)
+    for (size_t i = 0; i < scene->material_count; i++) {
+        const struct plan_material *material = &plan->materials[i];
         plan->materials[i] = compile_material(&scene->materials[i]);
+        plan->mirrors |= material->mirrors;
+        plan->transmits |= material->transmits;
+        plan->absorbs |= material->absorbs;
+    }
 }
 
 /* Objects share the texture of a material as long as it does not depend on where they are. */
@@ -94,8 +99,8 @@ static void build_textures(struct plan *plan, const struct scene *scene)
         plan->objects[i].texture = (uint32_t)plan->texture_count;
         plan->textures[plan->texture_count++] = plan_texture_compile(texture, object, plan->eye);
     }
-    plan->needs_footprints = plan->texture_count > scene->material_count ||
-                             scene->background.kind == BACKGROUND_IMAGE;
+    plan->is_textured = plan->texture_count > scene->material_count;
+    plan->needs_footprints = plan->is_textured || scene->background.kind == BACKGROUND_IMAGE;
 }
 
 static void build_images(struct plan *plan, const struct scene *scene)

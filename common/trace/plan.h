@@ -48,6 +48,7 @@ struct plan_object {
     uint32_t mesh;            /* index into plan.meshes, or UINT32_MAX */
     uint32_t first_primitive;
     double extent;            /* a bound on its coordinates relative to its own centre; 0 for planes and meshes */
+    double leave_share;       /* of the distance at which rays leave it, by which that is moved along: leave_delay */
 };
 
 /* A mesh's per-vertex data, in world orientation. Arrays are NULL where the mesh has none. */
@@ -137,7 +138,10 @@ struct plan {
     uint32_t *camera_media; /* objects that the camera is inside of, outermost first: dielectrics only */
     size_t camera_media_count;
 
+    /* What the scene needs at all. */
+    bool is_textured;      /* some surface is not of one colour */
     bool needs_footprints; /* some texture or background is filtered */
+    bool mirrors, transmits, absorbs; /* some material does */
     bool walls_may_touch;  /* of two dielectrics: boundary.h is needed */
 };
 

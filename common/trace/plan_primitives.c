@@ -254,8 +254,10 @@ void plan_primitives_build(struct plan *plan, const struct scene *scene)
     for (size_t i = 0; i < scene->object_count; i++) {
         const struct object *from = &scene->objects[i];
         struct placement at = {from->transform, plan->eye, affine_similarity(&from->transform)};
+        bool lets_light_through = plan->materials[from->material].transmits;
         plan->objects[i] = (struct plan_object){.material = (uint32_t)from->material, .mesh = UINT32_MAX,
-                                                .first_primitive = (uint32_t)plan->primitive_count};
+                                                .first_primitive = (uint32_t)plan->primitive_count,
+                                                .leave_share = lets_light_through ? COINCIDENCE : 0};
         add[from->shape.kind](plan, (uint32_t)i, &from->shape, &at);
     }
     plan_weld(plan, scene);

@@ -12,8 +12,10 @@ void surfaces_finish(struct surfaces *s)
     for (size_t i = 0; i < LANE_ARRAYS; i++)
         free(arrays[i]);
     free(s->path);
+    free(s->primitive);
     free(s->index);
     free(s->material);
+    free(s->texture);
     free(s->of_path);
     for (int kind = 0; kind < TEXTURE_IMAGE; kind++) {
         free(s->patterned[kind].surface);
@@ -33,63 +35,41 @@ static void reserve(struct surfaces *s, size_t capacity)
     for (size_t i = 0; i < LANE_ARRAYS; i++)
         lanes_grow(&arrays[i], 0, s->capacity);
     s->path = memory_resize(s->path, s->capacity, sizeof *s->path);
+    s->primitive = memory_resize(s->primitive, s->capacity, sizeof *s->primitive);
     s->index = memory_resize(s->index, s->capacity, sizeof *s->index);
     s->material = memory_resize(s->material, s->capacity, sizeof *s->material);
+    s->texture = memory_resize(s->texture, s->capacity, sizeof *s->texture);
     s->of_path = memory_resize(s->of_path, s->capacity, sizeof *s->of_path);
 }
 
-/* How many surfaces of each kind there are, as the places where each kind begins. */
-static void find_places(struct surfaces *s, const struct plan *plan, const struct hit_batch *hits, size_t count)
+void surfaces_sort(struct surfaces *s, const struct plan *plan, const struct hit_batch *hits, size_t count)
 {
-    size_t of_kind[PRIMITIVE_KINDS] = {0};
+    size_t next[PRIMITIVE_KINDS] = {0};
+    reserve(s, count);
     for (size_t i = 0; i < count; i++)
         if (hits->key[i] >= 0)
-            of_kind[plan->primitives[hit_batch_id(hits, i)].kind]++;
+            next[plan->primitives[hit_batch_id(hits, i)].kind]++;
     s->first[0] = 0;
-    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
-        s->first[kind + 1] = s->first[kind] + of_kind[kind];
-    s->count = s->first[PRIMITIVE_KINDS];
-}
-
-static void place(struct surfaces *s, size_t at, const struct plan *plan, const struct path_batch *paths,
-                  const struct hit_batch *hits, size_t path)
-{
-    uint32_t id = hit_batch_id(hits, path);
-    const struct primitive *primitive = &plan->primitives[id];
-    const struct plan_object *object = &plan->objects[primitive->object];
-    s->path[at] = (uint32_t)path;
-    s->index[at] = primitive->index;
-    s->material[at] = object->material;
-    s->lanes.t[at] = hits->t[path];
-    s->lanes.side[at] = hit_batch_side(hits, path);
-    s->lanes.id[at] = id;
-    s->lanes.leave_share[at] = primitive_leave_share(primitive);
-    s->lanes.extent[at] = object->extent;
-    lane_put(s->lanes.direction, at, lane_get(paths->rays.direction, path));
-    lane_put(s->lanes.throughput, at, lane_get(paths->throughput, path));
-}
-
-void surfaces_collect(struct surfaces *s, const struct plan *plan, const struct path_batch *paths,
-                      const struct hit_batch *hits)
-{
-    size_t count = paths->rays.count, next[PRIMITIVE_KINDS];
-    reserve(s, count);
-    find_places(s, plan, hits, count);
-    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++) {
+        s->first[kind + 1] = s->first[kind] + next[kind];
         next[kind] = s->first[kind];
-    for (size_t path = 0; path < count; path++) {
-        s->of_path[path] = SURFACE_NONE;
-        if (hits->key[path] < 0)
+    }
+    s->count = s->first[PRIMITIVE_KINDS];
+    for (size_t i = 0; i < count; i++) {
+        uint32_t id = hit_batch_id(hits, i);
+        s->of_path[i] = SURFACE_NONE;
+        if (id == PRIMITIVE_NONE)
             continue;
-        size_t at = next[plan->primitives[hit_batch_id(hits, path)].kind]++;
-        place(s, at, plan, paths, hits, path);
-        s->of_path[path] = (uint32_t)at;
+        size_t at = next[plan->primitives[id].kind]++;
+        s->path[at] = (uint32_t)i;
+        s->primitive[at] = id;
+        s->of_path[i] = (uint32_t)at;
     }
 }
 
 struct hit surfaces_hit(const struct surfaces *s, size_t at)
 {
-    return (struct hit){s->lanes.t[at], (uint32_t)s->lanes.id[at], s->lanes.side[at] == SIDE_LEAVE ? SIDE_LEAVE : SIDE_ENTER,
+    return (struct hit){s->lanes.t[at], s->primitive[at], s->lanes.side[at] == SIDE_LEAVE ? SIDE_LEAVE : SIDE_ENTER,
                         (uint8_t)s->lanes.part[at]};
 }
 
@@ -111,7 +91,7 @@ struct surface_footprint surfaces_spread(const struct surfaces *s, size_t at)
 
 static const struct plan_object *object_of(const struct surfaces *s, const struct plan *plan, size_t at)
 {
-    return &plan->objects[plan->primitives[(uint32_t)s->lanes.id[at]].object];
+    return &plan->objects[plan->primitives[s->primitive[at]].object];
 }
 
 void surfaces_smooth(struct surfaces *s, const struct plan *plan, const struct path_batch *paths)
@@ -156,25 +136,22 @@ static void push_patterned(struct patterned *to, const struct plan *plan, const 
         lanes_grow(&to->share, 0, capacity);
         to->capacity = capacity;
     }
-    const struct primitive *primitive = &plan->primitives[(uint32_t)s->lanes.id[at]];
+    const struct primitive *primitive = &plan->primitives[s->primitive[at]];
     to->surface[to->count] = at;
     to->texture[to->count] = texture;
     to->flat_axis[to->count++] = surface_flat_axis(primitive, (uint8_t)s->lanes.part[at]);
 }
 
-void surfaces_color(struct surfaces *s, const struct plan *plan, const struct path_batch *paths)
+void surfaces_find_textures(struct surfaces *s, const struct plan *plan, const struct path_batch *paths)
 {
     for (int kind = 0; kind < TEXTURE_IMAGE; kind++)
         s->patterned[kind].count = 0;
-    for (uint32_t at = 0; at < s->count; at++) {
-        uint32_t index = object_of(s, plan, at)->texture;
-        const struct plan_texture *texture = &plan->textures[index];
-        if (texture->kind == TEXTURE_CONSTANT)
-            lane_put(s->lanes.color, at, texture->color[0]);
-        else if (texture->kind == TEXTURE_IMAGE)
+    for (uint32_t at = 0; at < s->count && plan->is_textured; at++) {
+        enum texture_kind kind = plan->textures[s->texture[at]].kind;
+        if (kind == TEXTURE_IMAGE)
             lane_put(s->lanes.color, at, textured(s, plan, paths, at));
-        else
-            push_patterned(&s->patterned[texture->kind], plan, s, at, index);
+        else if (kind != TEXTURE_CONSTANT)
+            push_patterned(&s->patterned[kind], plan, s, at, s->texture[at]);
     }
 }
 

@@ -26,8 +26,9 @@ struct surface_lanes {
     double *facing[3];         /* that, on the side the path comes from */
     double *shading_normal[3]; /* likewise, interpolated on smooth meshes; not facing away from the path */
     double *spread[4][3];      /* the members of struct surface_footprint in turn, where the plan needs footprints */
-    double *color[3];
-    double *local[3];          /* radiance that leaves it towards the path */
+    double *color[3];          /* of the material there */
+    double *own[3];            /* that, times the share of light that is neither mirrored nor let through */
+    double *local[3];          /* radiance that leaves it towards the path; in the end, times the path's throughput */
 };
 
 /* Surfaces, by number, that wear one kind of pattern, and what comes of it. Arrays as in ray_batch. */
@@ -43,25 +44,24 @@ struct surfaces {
     size_t count, capacity;
     size_t first[PRIMITIVE_KINDS + 1]; /* those of kind k: first[k] .. first[k + 1] − 1 */
     uint32_t *path;                    /* index of the path that hit it */
+    uint32_t *primitive;               /* into plan.primitives */
     uint32_t *index;                   /* of the primitive, in the plan's array of its kind */
-    uint32_t *material;
-    uint32_t *of_path; /* of each path: its surface, or SURFACE_NONE */
+    uint32_t *material, *texture;      /* into the plan's arrays */
+    uint32_t *of_path;                 /* of each path: its surface, or SURFACE_NONE */
     struct surface_lanes lanes;
     struct patterned patterned[TEXTURE_IMAGE]; /* by kind of texture: checker, stripes and gradient */
 };
 
 void surfaces_finish(struct surfaces *surfaces);
 
-/* Takes what each path of a batch hit. Sets path, index, material, of_path, and of the lanes t, side, id, leave_share,
- * extent and direction. */
-void surfaces_collect(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths,
-                      const struct hit_batch *hits);
+/* Gives each of `count` paths that hit something its surface: sets first, path, primitive and of_path. */
+void surfaces_sort(struct surfaces *surfaces, const struct plan *plan, const struct hit_batch *hits, size_t count);
 
 /* Once points and normals are known: the shading normals of smooth meshes, and their change. */
 void surfaces_smooth(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
 
-/* Sets color where it needs no pattern, and notes in `patterned` where it does. */
-void surfaces_color(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
+/* Sets color where an image gives it, and notes in `patterned` where a pattern does. */
+void surfaces_find_textures(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
 
 /* Sets color where the patterns' shares have been found. */
 void surfaces_mix_patterns(struct surfaces *surfaces, const struct plan *plan);

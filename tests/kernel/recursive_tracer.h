@@ -17,11 +17,11 @@
 
 #include "base/memory.h"
 #include "math/elementary.h"
+#include "tests/phong.h"
+#include "trace/children.h"
 #include "trace/intersect_flat.h"
-#include "trace/light.h"
 #include "trace/optics.h"
 #include "trace/sample.h"
-#include "trace/shade.h"
 #include "trace/surface.h"
 #include "trace/texture.h"
 
@@ -296,7 +296,7 @@ static struct vec3 local_radiance(const struct plan *plan, const struct walk *wa
         if (!light_arrive(&plan->lights[i], view->surface.position, &arrival) ||
             vec3_dot(view->normal, arrival.direction) <= 0)
             continue;
-        struct vec3 answer = light_phong(view->material, view->color, view->shading_normal, walk->ray.direction,
+        struct vec3 answer = phong(view->material, view->color, view->shading_normal, walk->ray.direction,
                                          arrival.direction);
         struct ray ray = leaving(view, arrival.direction, true);
         ray.t_max = arrival.distance * (1 - COINCIDENCE) - ray.t_min;

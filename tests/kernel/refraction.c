@@ -12,7 +12,7 @@
 
 #include "tests/random.h"
 #include "tests/scene_builder.h"
-#include "trace/shade.h"
+#include "trace/generation.h"
 
 static bool is_near(double a, double b, double tolerance)
 {
@@ -24,33 +24,24 @@ static bool is_near(double a, double b, double tolerance)
 static uint32_t follow_through(const struct plan *plan, struct vec3 origin, struct vec3 direction, int steps,
                                struct ray *out)
 {
-    struct medium_pool media = {0};
-    struct path_batch paths = {0}, children = {0};
-    struct hit_batch hits = {0};
+    struct generation g = {.plan = plan, .kernel = &kernel_ref};
     struct path path = {.ray = {origin, direction, 0, INFINITY, KEY_NONE, PRIMITIVE_NONE, 0},
                         .throughput = {1, 1, 1}};
     uint32_t medium = UINT32_MAX;
-    hit_batch_reserve(&hits, 1);
     for (int step = 0; step <= steps && path.throughput.x > 0.01; step++) {
-        path_batch_clear(&paths);
-        path_batch_clear(&children);
-        path_batch_push(&paths, &path);
-        kernel_ref.closest(plan, &paths.rays, &hits);
-        if (hit_batch_id(&hits, 0) == PRIMITIVE_NONE) {
+        path_batch_clear(&g.paths);
+        path_batch_push(&g.paths, &path);
+        generation_find_hits(&g);
+        if (hit_batch_id(&g.hits, 0) == PRIMITIVE_NONE) {
             medium = path.medium;
             break;
         }
-        struct shading shading;
-        struct hit hit = hit_at(plan, &paths.rays, &hits, 0);
-        shading_init(&shading, plan, &media, &path, &hit);
-        shading_push_children(plan, &shading, &media, &children);
-        path = path_batch_get(&children, children.rays.count - 1); /* transmitted, if anything is */
+        generation_find_surfaces(&g);
+        generation_find_children(&g);
+        path = path_batch_get(&g.children, g.children.rays.count - 1); /* transmitted, if anything is */
     }
     *out = path.ray;
-    path_batch_finish(&paths);
-    path_batch_finish(&children);
-    hit_batch_finish(&hits);
-    medium_pool_finish(&media);
+    generation_finish(&g);
     return medium;
 }
 

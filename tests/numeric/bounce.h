@@ -6,14 +6,15 @@
 #define WEFT_TESTS_BOUNCE_H
 
 #include "tests/numeric/shoot.h"
-#include "trace/medium.h"
+#include "trace/generation.h"
 #include "trace/optics.h"
-#include "trace/shade.h"
 
 /* The hit, and what follows from it: a mirrored and a transmitted path, as far as there are any. */
 struct bounce {
-    struct shading shading;
     bool met, is_mirrored, is_transmitted;
+    struct hit hit;
+    struct surface surface;
+    struct vec3 facing; /* the normal on the path's side */
     struct path mirrored, transmitted;
 };
 
@@ -22,28 +23,39 @@ static inline struct path path_along(struct ray ray)
     return (struct path){.ray = ray, .throughput = {1, 1, 1}, .medium = MEDIUM_SPACE};
 }
 
+/* A generation of one path whose hit is known, as far as its surface. It takes the media over. */
+static inline struct generation generation_at(const struct world *world, const struct medium_pool *media,
+                                              const struct path *path, const struct hit *hit)
+{
+    struct generation g = {.plan = world->plan, .kernel = kernel_default(), .media = *media};
+    path_batch_push(&g.paths, path);
+    hit_batch_reserve(&g.hits, 1);
+    g.hits.t[0] = hit->t;
+    g.hits.key[0] = (double)hit_key(hit->id, hit->side);
+    generation_find_surfaces(&g);
+    return g;
+}
+
 /* What follows from a hit that is already known. */
 static inline struct bounce bounce_at(const struct world *world, struct medium_pool *media,
                                       const struct path *path, const struct hit *hit)
 {
-    struct bounce bounce = {.met = hit->id != PRIMITIVE_NONE};
+    struct bounce bounce = {.met = hit->id != PRIMITIVE_NONE, .hit = *hit};
     if (!bounce.met)
         return bounce;
-    struct path_batch children = {0};
-    shading_init(&bounce.shading, world->plan, media, path, hit);
-    shading_push_children(world->plan, &bounce.shading, media, &children);
-    for (size_t i = 0; i < children.rays.count; i++) {
-        struct path child = path_batch_get(&children, i);
-        bool departs_outward = child.ray.departure == DEPART_OUTWARD;
-        if (child.ray.key_min == KEY_NONE && departs_outward == (hit->side == SIDE_ENTER)) {
-            bounce.is_mirrored = true;
-            bounce.mirrored = child;
-        } else {
-            bounce.is_transmitted = true;
-            bounce.transmitted = child;
-        }
-    }
-    path_batch_finish(&children);
+    struct generation g = generation_at(world, media, path, hit);
+    generation_find_children(&g);
+    bounce.surface = surfaces_get(&g.surfaces, 0);
+    bounce.facing = lane_get(g.surfaces.lanes.facing, 0);
+    bounce.is_mirrored = g.mirrored.count > 0;
+    bounce.is_transmitted = g.transmitted.count > 0;
+    if (bounce.is_mirrored)
+        bounce.mirrored = path_batch_get(&g.children, 0);
+    if (bounce.is_transmitted)
+        bounce.transmitted = path_batch_get(&g.children, g.mirrored.count);
+    *media = g.media;
+    g.media = (struct medium_pool){0};
+    generation_finish(&g);
     return bounce;
 }
 

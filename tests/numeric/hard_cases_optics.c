@@ -131,7 +131,7 @@ static void case_36_glass_sphere(void **state)
             hit_batch_finish(&one);
             if (!bounce.is_transmitted) /* so grazing that too little passes */
                 continue;
-            entry[inside.rays.count] = -vec3_dot(path.ray.direction, bounce.shading.normal);
+            entry[inside.rays.count] = -vec3_dot(path.ray.direction, bounce.facing);
             path_batch_push(&inside, &bounce.transmitted);
         }
         shoot_batch(world.plan, &inside.rays, &hits);
@@ -139,7 +139,7 @@ static void case_36_glass_sphere(void **state)
             struct path path = path_batch_get(&inside, i);
             struct hit hit = hit_at(world.plan, &inside.rays, &hits, i);
             struct bounce bounce = bounce_at(&world, &media, &path, &hit);
-            struct refraction exit = optics_refraction(path.ray.direction, bounce.shading.normal, 1.5, 1);
+            struct refraction exit = optics_refraction(path.ray.direction, bounce.facing, 1.5, 1);
             /* The sine carries the errors of point and normal, a few u; the cosine their quotient by itself. */
             bool same = !exit.total && fabs(exit.cosine_through - entry[i]) <= 64 * u / entry[i];
             wrong += !bounce.met || hit.side != SIDE_LEAVE || !same;
@@ -253,13 +253,13 @@ static void case_47_a_hundred_bounces(void **state)
             double chord = 0;
             for (int bounces = 0; bounces < 100; bounces++) {
                 struct bounce bounce = bounce_of(&worlds[k], &media, &path);
-                assert_true(bounce.is_mirrored && bounce.shading.hit.side == SIDE_LEAVE);
-                struct surface at = bounce.shading.surface;
+                assert_true(bounce.is_mirrored && bounce.hit.side == SIDE_LEAVE);
+                struct surface at = bounce.surface;
                 if (shape->kind != SHAPE_MESH)
                     assert_true(fabs((double)limits_distance(shape, quad_of(at.position))) <= 2 * at.error);
                 if (k == 0 && bounces > 1) /* u a bounce, over the sine at which the chord meets the wall */
-                    assert_true(fabs(bounce.shading.hit.t - chord) <= 800 * u / chord);
-                chord = bounces == 1 ? bounce.shading.hit.t : chord;
+                    assert_true(fabs(bounce.hit.t - chord) <= 800 * u / chord);
+                chord = bounces == 1 ? bounce.hit.t : chord;
                 path = bounce.mirrored;
             }
             medium_pool_finish(&media);

@@ -35,21 +35,28 @@ static struct hit hit_by(const struct world *world, const struct ray *ray)
 
 /* --- outward ---------------------------------------------------------------------------------------------- */
 
-static void count_shadows(struct tally *tally, const struct world *world, const struct shading *shading)
+static void count_shadows(struct tally *tally, const struct world *world, const struct path *path,
+                          const struct hit *hit)
 {
+    struct generation g = generation_at(world, &(struct medium_pool){0}, path, hit);
+    struct lighting lighting = {0};
     struct shadow_batch shadows = {0};
     struct crossing_list crossings = {0};
-    shading_push_shadows(world->plan, shading, 0, &shadows);
-    uint8_t *blocked = memory_array(shadows.rays.count, 1);
-    for (size_t k = 0; kernel_at(k); k++) {
-        kernel_at(k)->shadow(world->plan, &shadows.rays, blocked, &crossings);
-        for (size_t i = 0; i < shadows.rays.count; i++)
-            tally->false_shadows += blocked[i];
+    g.kernel->ambient(world->plan, &g.surfaces);
+    for (size_t light = 0; light < world->plan->light_count; light++) {
+        g.kernel->light(world->plan, light, &g.surfaces, &lighting);
+        shadow_batch_collect(&shadows, &lighting, g.surfaces.count);
+        g.kernel->shadow_rays(&g.surfaces, &lighting, &shadows);
+        for (size_t k = 0; kernel_at(k) && shadows.rays.count > 0; k++) {
+            kernel_at(k)->shadow(world->plan, &shadows.rays, shadows.blocked, &crossings);
+            tally->false_shadows += shadows.blocked[0];
+        }
+        tally->shadows += (unsigned)shadows.rays.count;
     }
-    tally->shadows += (unsigned)shadows.rays.count;
     crossing_list_finish(&crossings);
     shadow_batch_finish(&shadows);
-    free(blocked);
+    lighting_finish(&lighting);
+    generation_finish(&g);
 }
 
 /* An opaque mirror, lit from all around and from nearby. */
@@ -88,7 +95,7 @@ static void outward(struct tally *tally, int kind, double distance, uint32_t bat
             tally->outward++;
             tally->false_hits += hit_by(&stage.world, &bounce.mirrored.ray).id != PRIMITIVE_NONE;
         }
-        count_shadows(tally, &stage.world, &bounce.shading);
+        count_shadows(tally, &stage.world, &path, &hit);
         medium_pool_finish(&media);
     }
     world_end(&stage.world);

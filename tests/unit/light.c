@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "math/elementary.h"
+#include "tests/phong.h"
 #include "tests/random.h"
 
 static bool is_near(double a, double b, double tolerance)
@@ -104,18 +105,18 @@ static void phong_by_hand(void **state)
     (void)state;
     struct vec3 up = {0, 1, 0}, color = {0.5, 0.5, 0.5}, down = {0, -1, 0};
     struct vec3 light = {0, math_cos_degrees(60), math_sin_degrees(60)};
-    struct vec3 seen = light_phong(&shiny, color, up, down, light);
+    struct vec3 seen = phong(&shiny, color, up, down, light);
     /* Diffuse 0.5 · 0.5 · cos 60° × share; mirrored light is 60° off the eye: 0.5³ of the highlight. */
     assert_true(is_near(seen.x, 0.125 + 0.25 * 0.125, 1e-15));
     assert_true(is_near(seen.y, 0.0625 + 0.5 * 0.125, 1e-15));
     assert_true(is_near(seen.z, 0.125, 1e-15));
     /* Looked at along the mirrored light: the whole highlight. */
     struct vec3 into_mirror = {0, -math_cos_degrees(60), math_sin_degrees(60)};
-    assert_true(is_near(light_phong(&shiny, color, up, into_mirror, light).z, 1, 1e-15));
+    assert_true(is_near(phong(&shiny, color, up, into_mirror, light).z, 1, 1e-15));
     /* Away from it: none. Light from behind: nothing at all. */
-    assert_true(light_phong(&shiny, color, up, vec3_neg(vec3_make(0, 0.1, 0.99)), light).z == 0);
-    assert_true(vec3_is_zero(light_phong(&shiny, color, up, down, vec3_make(0, -1, 0))));
-    assert_true(vec3_is_zero(light_phong(&shiny, color, up, down, vec3_make(1, 0, 0))));
+    assert_true(phong(&shiny, color, up, vec3_neg(vec3_make(0, 0.1, 0.99)), light).z == 0);
+    assert_true(vec3_is_zero(phong(&shiny, color, up, down, vec3_make(0, -1, 0))));
+    assert_true(vec3_is_zero(phong(&shiny, color, up, down, vec3_make(1, 0, 0))));
 }
 
 /* The highlight is never above specular, the diffuse part never above colour × diffuse × share. */
@@ -124,7 +125,7 @@ static void phong_is_bounded(void **state)
     (void)state;
     for (uint32_t i = 0; i < 20000; i++) {
         struct vec3 n = random_unit(i, 0), d = random_unit(i, 3), l = random_unit(i, 6);
-        struct vec3 seen = light_phong(&shiny, vec3_make(1, 1, 1), n, d, l);
+        struct vec3 seen = phong(&shiny, vec3_make(1, 1, 1), n, d, l);
         assert_true(seen.x >= 0 && seen.y >= 0 && seen.z >= 0);
         assert_true(seen.x <= 0.75 + 1e-14 && seen.y <= 0.75 + 1e-14 && seen.z <= 1 + 1e-14);
     }

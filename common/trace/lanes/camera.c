@@ -1,8 +1,30 @@
 /* Camera rays. */
 #include "trace/lanes.h"
 #include "trace/lanes/exports.h"
+#include "trace/sample.h"
 
 LANES_DECLARE_THESE(LANES_SUFFIX);
+
+/* Positions in the image, in pixels. */
+static void place_samples(const struct camera_rays *rays)
+{
+    const struct camera_rays of = *rays;
+    if (of.samples == 1) {
+        LANES_LOOP
+        for (size_t i = 0; i < of.count; i++) {
+            of.x[i] = (int32_t)of.pixel_x[i] + 0.5;
+            of.y[i] = (int32_t)of.pixel_y[i] + 0.5;
+        }
+        return;
+    }
+    LANES_LOOP
+    for (size_t i = 0; i < of.count; i++) {
+        struct sample_digits digits = {of.digits_x[i], of.digits_y[i]};
+        struct sample_position at = sample_in_pixel(of.pixel_x[i], of.pixel_y[i], digits);
+        of.x[i] = (int32_t)of.pixel_x[i] + at.x;
+        of.y[i] = (int32_t)of.pixel_y[i] + at.y;
+    }
+}
 
 static inline void put_ray(const struct ray_batch *rays, size_t i, struct vec3 direction)
 {
@@ -27,27 +49,35 @@ static inline struct vec3 direction_change(struct vec3 v, struct vec3 step, doub
     return vec3_scale(vec3_add_scaled(step, d, -vec3_dot(step, d)), share / vec3_length(v));
 }
 
-void LANES_NAME(camera)(const struct plan *plan, const double *x, const double *y, size_t count,
-                        struct path_batch *paths)
+static void put_footprints(const struct plan_camera *from, const struct camera_rays *rays, double share,
+                           const struct path_batch *paths)
 {
-    path_batch_reserve(paths, count);
-    paths->rays.count = count;
-    const struct plan_camera camera = plan->camera;
+    const struct plan_camera camera = *from;
+    const struct camera_rays of = *rays;
     const struct path_batch to = *paths;
-    double share = 1 / sqrt(plan->settings.samples);
     LANES_LOOP
-    for (size_t i = 0; i < count; i++) {
-        put_ray(&to.rays, i, vec3_normalize(through(&camera, x[i], y[i])));
-        lane_put(to.throughput, i, vec3_make(1, 1, 1));
-    }
-    if (!plan->needs_footprints)
-        return;
-    LANES_LOOP
-    for (size_t i = 0; i < count; i++) {
-        struct vec3 v = through(&camera, x[i], y[i]);
+    for (size_t i = 0; i < of.count; i++) {
+        struct vec3 v = through(&camera, of.x[i], of.y[i]);
         lane_put(to.footprint[0], i, vec3_make(0, 0, 0));
         lane_put(to.footprint[1], i, vec3_make(0, 0, 0));
         lane_put(to.footprint[2], i, direction_change(v, camera.right, share));
         lane_put(to.footprint[3], i, direction_change(v, camera.down, share));
     }
+}
+
+void LANES_NAME(camera)(const struct plan *plan, const struct camera_rays *rays, struct path_batch *paths)
+{
+    path_batch_reserve(paths, rays->count);
+    paths->rays.count = rays->count;
+    place_samples(rays);
+    const struct plan_camera camera = plan->camera;
+    const struct camera_rays of = *rays;
+    const struct path_batch to = *paths;
+    LANES_LOOP
+    for (size_t i = 0; i < of.count; i++) {
+        put_ray(&to.rays, i, vec3_normalize(through(&camera, of.x[i], of.y[i])));
+        lane_put(to.throughput, i, vec3_make(1, 1, 1));
+    }
+    if (plan->needs_footprints)
+        put_footprints(&camera, rays, 1 / sqrt(of.samples), paths);
 }

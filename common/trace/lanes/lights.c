@@ -1,4 +1,4 @@
-/* What a light would add to surfaces if nothing stood between. */
+/* The light that surfaces give back: of what is all around, and of each light if nothing stood between. */
 #include "trace/depart.h"
 #include "trace/lanes.h"
 #include "trace/lanes/exports.h"
@@ -6,27 +6,50 @@
 
 LANES_DECLARE_THESE(LANES_SUFFIX);
 
+/* --- all around ------------------------------------------------------------------------------------------- */
+
+void LANES_NAME(ambient)(const struct plan *plan, struct surfaces *surfaces)
+{
+    const struct surface_lanes s = surfaces->lanes;
+    const struct plan_material *materials = plan->materials;
+    const uint32_t *material = surfaces->material;
+    const struct vec3 ambient = plan->ambient;
+    LANES_LOOP
+    for (size_t i = 0; i < surfaces->count; i++) {
+        const struct plan_material *of = &materials[material[i]];
+        struct vec3 own = vec3_mul(lane_get(s.color, i), of->surface_share);
+        lane_put(s.own, i, own);
+        lane_put(s.local, i, vec3_mul(vec3_scale(own, of->ambient), ambient));
+    }
+}
+
+/* --- one light -------------------------------------------------------------------------------------------- */
+
 /* Surface i under a light from there. */
-static inline __attribute__((always_inline)) void put_light(const struct plan_material *material, const struct surface_lanes *s, size_t i,
-                             struct light_arrival arrival, const struct lighting *to)
+static inline __attribute__((always_inline)) void put_light(const struct plan_material *material,
+                                                            const struct surface_lanes *s, size_t i,
+                                                            struct light_arrival arrival, const struct lighting *to)
 {
     struct vec3 shading = lane_get(s->shading_normal, i), seen = lane_get(s->direction, i), d = arrival.direction;
-    struct vec3 radiance = vec3_add(light_diffuse(material, lane_get(s->color, i), shading, d),
+    struct vec3 radiance = vec3_add(light_diffuse(material, lane_get(s->own, i), shading, d),
                                     light_highlight(material, shading, seen, d));
     radiance = vec3_mul(radiance, arrival.strength);
     double before = vec3_dot(lane_get(s->facing, i), d); /* > 0: the light is on the path's side */
     double t_min = depart_t_min(lane_get(s->position, i), s->error[i], lane_get(s->normal, i), d);
+    double lit = vec3_max(radiance);
     lane_put(to->direction, i, d);
     to->t_min[i] = t_min;
     to->t_max[i] = depart_t_max(t_min, arrival.distance);
     to->radiance[0][i] = before > 0 ? radiance.x : 0;
     to->radiance[1][i] = before > 0 ? radiance.y : 0;
     to->radiance[2][i] = before > 0 ? radiance.z : 0;
+    lit = lit > 0 ? 1 : 0;
+    to->lit[i] = before > 0 ? lit : 0;
 }
 
 #define DEFINE_LIGHT(name, arrival)                                                                     \
-    static void put_##name(const struct plan *plan, const struct plan_light *light,                     \
-                           const struct surfaces *surfaces, const struct lighting *lighting)            \
+    static void light_##name(const struct plan *plan, const struct plan_light *light,                   \
+                             const struct surfaces *surfaces, const struct lighting *lighting)          \
     {                                                                                                   \
         const struct surface_lanes s = surfaces->lanes;                                                 \
         const struct lighting to = *lighting;                                                           \
@@ -49,13 +72,51 @@ void LANES_NAME(light)(const struct plan *plan, size_t light, const struct surfa
     lighting_reserve(lighting, surfaces->count);
     switch ((enum light_kind)from->kind) {
     case LIGHT_POINT:
-        put_point(plan, from, surfaces, lighting);
+        light_point(plan, from, surfaces, lighting);
         break;
     case LIGHT_SPOT:
-        put_spot(plan, from, surfaces, lighting);
+        light_spot(plan, from, surfaces, lighting);
         break;
     case LIGHT_DIRECTIONAL:
-        put_directional(plan, from, surfaces, lighting);
+        light_directional(plan, from, surfaces, lighting);
         break;
     }
+}
+
+void LANES_NAME(shadow_rays)(const struct surfaces *surfaces, const struct lighting *lighting,
+                             struct shadow_batch *shadows)
+{
+    const struct surface_lanes s = surfaces->lanes;
+    const struct lighting from = *lighting;
+    const struct ray_batch to = shadows->rays;
+    const uint32_t *surface = shadows->surface;
+    LANES_LOOP
+    for (size_t i = 0; i < to.count; i++) {
+        lane_put(to.origin, i, lane_get(s.position, surface[i]));
+        lane_put(to.direction, i, lane_get(from.direction, surface[i]));
+        to.t_min[i] = from.t_min[surface[i]];
+        to.t_max[i] = from.t_max[surface[i]];
+        to.key_min[i] = LANE_KEY_NONE;
+        to.from[i] = s.id[surface[i]];
+        to.inward[i] = s.side[surface[i]] == SIDE_LEAVE ? 1 : 0;
+    }
+}
+
+/* --- sums ------------------------------------------------------------------------------------------------- */
+
+void LANES_NAME(add_light)(const struct lighting *lighting, struct surfaces *surfaces)
+{
+    const struct surface_lanes s = surfaces->lanes;
+    const struct lighting from = *lighting;
+    LANES_LOOP
+    for (size_t i = 0; i < surfaces->count; i++)
+        lane_put(s.local, i, vec3_add(lane_get(s.local, i), lane_get(from.radiance, i)));
+}
+
+void LANES_NAME(weigh)(struct surfaces *surfaces)
+{
+    const struct surface_lanes s = surfaces->lanes;
+    LANES_LOOP
+    for (size_t i = 0; i < surfaces->count; i++)
+        lane_put(s.local, i, vec3_mul(lane_get(s.throughput, i), lane_get(s.local, i)));
 }

@@ -1,43 +1,77 @@
-#include "trace/shadow.h"
+#include "trace/lighting.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
 #include "math/elementary.h"
+#include "trace/kernel.h"
 #include "trace/optics.h"
 #include "trace/surface.h"
+
+enum { LIGHTING_ARRAYS = 9 };
+
+static void list_arrays(struct lighting *l, double **arrays[LIGHTING_ARRAYS])
+{
+    double **const all[LIGHTING_ARRAYS] = {&l->direction[0], &l->direction[1], &l->direction[2],
+                                           &l->t_min,        &l->t_max,        &l->radiance[0],
+                                           &l->radiance[1],  &l->radiance[2],  &l->lit};
+    for (int i = 0; i < LIGHTING_ARRAYS; i++)
+        arrays[i] = all[i];
+}
+
+void lighting_finish(struct lighting *lighting)
+{
+    double **arrays[LIGHTING_ARRAYS];
+    list_arrays(lighting, arrays);
+    for (int i = 0; i < LIGHTING_ARRAYS; i++)
+        free(*arrays[i]);
+    *lighting = (struct lighting){0};
+}
+
+void lighting_reserve(struct lighting *lighting, size_t capacity)
+{
+    double **arrays[LIGHTING_ARRAYS];
+    if (capacity <= lighting->capacity)
+        return;
+    lighting->capacity = lanes_in_packets(capacity);
+    list_arrays(lighting, arrays);
+    for (int i = 0; i < LIGHTING_ARRAYS; i++)
+        lanes_grow(arrays[i], 0, lighting->capacity);
+}
+
+/* --- shadow rays ------------------------------------------------------------------------------------------ */
 
 void shadow_batch_finish(struct shadow_batch *batch)
 {
     ray_batch_finish(&batch->rays);
-    free(batch->radiance);
-    free(batch->owner);
-    free(batch->medium);
+    free(batch->surface);
+    free(batch->blocked);
     *batch = (struct shadow_batch){0};
 }
 
-void shadow_batch_reserve(struct shadow_batch *batch, size_t capacity)
+static void shadow_batch_reserve(struct shadow_batch *batch, size_t capacity)
 {
     ray_batch_reserve(&batch->rays, capacity);
     if (batch->capacity >= batch->rays.capacity)
         return;
     batch->capacity = batch->rays.capacity;
-    batch->radiance = memory_resize(batch->radiance, batch->capacity, sizeof *batch->radiance);
-    batch->owner = memory_resize(batch->owner, batch->capacity, sizeof *batch->owner);
-    batch->medium = memory_resize(batch->medium, batch->capacity, sizeof *batch->medium);
+    batch->surface = memory_resize(batch->surface, batch->capacity, sizeof *batch->surface);
+    batch->blocked = memory_resize(batch->blocked, batch->capacity, sizeof *batch->blocked);
 }
 
-void shadow_batch_push(struct shadow_batch *batch, const struct ray *ray, struct vec3 radiance, uint32_t owner,
-                       uint32_t medium)
+void shadow_batch_collect(struct shadow_batch *batch, const struct lighting *lighting, size_t surface_count)
 {
-    size_t i = batch->rays.count;
-    shadow_batch_reserve(batch, i + 1);
-    ray_batch_push(&batch->rays, ray);
-    batch->radiance[i] = radiance;
-    batch->owner[i] = owner;
-    batch->medium[i] = medium;
+    size_t count = 0;
+    shadow_batch_reserve(batch, surface_count + 1);
+    for (size_t i = 0; i < surface_count; i++) {
+        batch->surface[count] = (uint32_t)i; /* overwritten by the next that is lit, if this one is not */
+        count += lighting->lit[i] != 0;
+    }
+    batch->rays.count = count;
 }
+
+/* --- coloured shadows ------------------------------------------------------------------------------------- */
 
 static int compare_crossings(const void *left, const void *right)
 {
@@ -133,19 +167,33 @@ static struct vec3 absorbed_around(const struct plan *plan, const struct medium_
     return absorbed(plan->materials[plan->objects[object].material].absorption, ray->t_max);
 }
 
-void shadow_transmittance(const struct plan *plan, const struct medium_pool *media, const struct shadow_batch *shadows,
-                          const uint8_t *blocked, struct crossing_list *crossings, struct vec3 *transmittance)
+static void dim(const struct lighting *lighting, uint32_t surface, struct vec3 factor)
+{
+    lane_put(lighting->radiance, surface, vec3_mul(lane_get(lighting->radiance, surface), factor));
+}
+
+/* By the surfaces and solids that a ray passes. */
+static void dim_by_run(const struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
+                       uint32_t medium, size_t i, const struct crossing *run, size_t count,
+                       const struct lighting *lighting)
+{
+    struct ray ray = ray_batch_get(&batch->rays, i);
+    struct vec3 around = absorbed_around(plan, media, medium, &ray, run, count);
+    dim(lighting, batch->surface[i], vec3_mul(around, run_transmittance(plan, &ray, run, count)));
+}
+
+void shadow_batch_dim(const struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
+                      const struct path_batch *paths, const struct surfaces *surfaces,
+                      struct crossing_list *crossings, const struct lighting *lighting)
 {
     if (crossings->count > 1)
         qsort(crossings->items, crossings->count, sizeof *crossings->items, compare_crossings);
-    for (size_t i = 0, start = 0, count; i < shadows->rays.count; i++, start += count) {
+    for (size_t i = 0, start = 0, count; i < batch->rays.count; i++, start += count) {
+        uint32_t medium = plan->absorbs ? paths->medium[surfaces->path[batch->surface[i]]] : MEDIUM_SPACE;
         count = crossing_list_run(crossings, start, (uint32_t)i);
-        transmittance[i] = blocked[i] ? vec3_make(0, 0, 0) : vec3_make(1, 1, 1);
-        if (blocked[i] || (count == 0 && shadows->medium[i] == MEDIUM_SPACE))
-            continue;
-        struct ray ray = ray_batch_get(&shadows->rays, i);
-        const struct crossing *run = crossings->items + start;
-        struct vec3 around = absorbed_around(plan, media, shadows->medium[i], &ray, run, count);
-        transmittance[i] = vec3_mul(around, run_transmittance(plan, &ray, run, count));
+        if (batch->blocked[i])
+            lane_put(lighting->radiance, batch->surface[i], vec3_make(0, 0, 0));
+        else if (count > 0 || medium != MEDIUM_SPACE)
+            dim_by_run(batch, plan, media, medium, i, crossings->items + start, count, lighting);
     }
 }
