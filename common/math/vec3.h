@@ -93,22 +93,36 @@ static inline double vec3_max(struct vec3 a)
     return m > a.z ? m : a.z;
 }
 
+/* A direction and how far it reaches. */
+struct vec3_way {
+    struct vec3 direction; /* unit */
+    double length;
+};
+
 /* a / |a|, for an a of any magnitude: it is scaled by a power of two first, so that the sum of squares neither
- * overflows nor underflows. a must be finite and not zero. Without branches, for loops over lanes. */
-static inline struct vec3 vec3_normalize(struct vec3 a)
+ * overflows nor underflows; and |a|, or 0 if a is subnormal. a must be finite and not zero. Without branches, for loops
+ * over lanes. */
+static inline struct vec3_way vec3_way(struct vec3 a)
 {
     /* The biased exponent of the scale is 2046 minus that of the largest component, which is so brought within 1..4
      * or, where it is subnormal, within 2^-52..1. */
     const uint64_t exponent_bits = 0x7ffull << 52;
-    double largest = vec3_max_abs(a), scale;
+    double largest = vec3_max_abs(a), scale, inverse;
     largest = largest < 0x1p+1022 ? largest : 0x1p+1022; /* or the scale would be subnormal */
     uint64_t bits;
     memcpy(&bits, &largest, sizeof bits);
-    bits = (2046ull << 52) - (bits & exponent_bits);
+    bits &= exponent_bits;
+    memcpy(&inverse, &bits, sizeof inverse);
+    bits = (2046ull << 52) - bits;
     memcpy(&scale, &bits, sizeof scale);
     a = vec3_scale(a, scale);
     double length = vec3_length(a);
-    return vec3_make(a.x / length, a.y / length, a.z / length);
+    return (struct vec3_way){vec3_make(a.x / length, a.y / length, a.z / length), length * inverse};
+}
+
+static inline struct vec3 vec3_normalize(struct vec3 a)
+{
+    return vec3_way(a).direction;
 }
 
 /* Two unit vectors that complete the unit vector n to a right-handed orthonormal frame (t, b, n), after

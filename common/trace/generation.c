@@ -74,12 +74,13 @@ void generation_find_surfaces(struct generation *g)
     surfaces_sort(&g->surfaces, plan, &g->hits, g->paths.rays.count);
     g->kernel->collect(plan, &g->paths, &g->hits, &g->surfaces);
     g->kernel->surface(plan, &g->paths, &g->surfaces);
-    surfaces_smooth(&g->surfaces, plan, &g->paths);
+    if (plan->is_smooth)
+        surfaces_smooth(&g->surfaces, plan, &g->paths);
     g->kernel->face(&g->surfaces);
     if (plan->is_textured) {
         surfaces_find_textures(&g->surfaces, plan, &g->paths);
         g->kernel->pattern(plan, &g->surfaces);
-        surfaces_mix_patterns(&g->surfaces, plan);
+        surfaces_look_up(&g->surfaces, plan);
     }
     if (plan->absorbs)
         absorb(g);
@@ -92,7 +93,7 @@ void generation_find_children(struct generation *g)
 {
     path_batch_clear(&g->children);
     transmitted_collect(&g->transmitted, g->plan, &g->media, &g->paths, &g->surfaces, &g->boundaries);
-    g->kernel->refract(&g->surfaces, &g->transmitted);
+    g->kernel->refract(g->plan, &g->surfaces, &g->transmitted);
     children_choose(&g->mirrored, &g->transmitted, g->plan, &g->surfaces, g->paths.rays.count);
     g->kernel->mirror(g->plan, &g->paths, &g->surfaces, &g->mirrored, &g->children);
     g->kernel->transmit(g->plan, &g->paths, &g->surfaces, &g->transmitted, &g->children);

@@ -62,7 +62,7 @@ struct kernel {
     /* From normal and shading_normal: facing, and shading_normal turned likewise. */
     void (*face)(struct surfaces *surfaces);
 
-    /* The shares of the surfaces in `patterned`. */
+    /* The shares of the surfaces in `patterned`; the faces and points of those in `imaged`. */
     void (*pattern)(const struct plan *plan, struct surfaces *surfaces);
 
     /* From color: own, and local as the ambient light makes it. */
@@ -87,7 +87,7 @@ struct kernel {
     void (*weigh)(struct surfaces *surfaces);
 
     /* Reflectances of the boundaries in the list, and the shares of light that pass them. */
-    void (*refract)(const struct surfaces *surfaces, struct transmitted *transmitted);
+    void (*refract)(const struct plan *plan, const struct surfaces *surfaces, struct transmitted *transmitted);
 
     /* These add a path for each surface in the list to the children, in order. */
     void (*mirror)(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,

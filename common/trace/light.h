@@ -27,28 +27,24 @@ static inline struct light_arrival light_from_afar(const struct plan_light *ligh
 }
 
 /* The way from a position to a light in space; at the light itself, of no length and upwards. */
-struct light_way {
-    struct vec3 direction;
-    double distance;
-};
-
-static inline struct light_way light_way(const struct plan_light *light, struct vec3 position)
+static inline struct vec3_way light_way(const struct plan_light *light, struct vec3 position)
 {
     struct vec3 offset = vec3_sub(light->position, position);
-    double distance = vec3_length(offset);
-    offset.y = distance == 0 ? 1 : offset.y;
-    return (struct light_way){vec3_normalize(offset), distance};
+    double away = vec3_max_abs(offset);
+    offset.y = away == 0 ? 1 : offset.y;
+    struct vec3_way way = vec3_way(offset);
+    way.length = away == 0 ? 0 : way.length;
+    return way;
 }
 
 /* At the end of that way, with `share` of the light going there. */
-static inline struct light_arrival light_fallen_off(const struct plan_light *light, struct light_way way,
-                                                    double share)
+static inline struct light_arrival light_fallen_off(const struct plan_light *light, struct vec3_way way, double share)
 {
-    double falloff = light->falloff[0] + way.distance * (light->falloff[1] + way.distance * light->falloff[2]);
+    double falloff = light->falloff[0] + way.length * (light->falloff[1] + way.length * light->falloff[2]);
     double left = share / falloff;
     left = share > 0 ? left : 0;
-    left = way.distance > 0 ? left : 0;
-    return (struct light_arrival){way.direction, way.distance, vec3_scale(light->color, left)};
+    left = way.length > 0 ? left : 0;
+    return (struct light_arrival){way.direction, way.length, vec3_scale(light->color, left)};
 }
 
 static inline struct light_arrival light_from_point(const struct plan_light *light, struct vec3 position)
@@ -68,7 +64,7 @@ static inline double light_spot_share(const struct plan_light *light, struct vec
 
 static inline struct light_arrival light_from_spot(const struct plan_light *light, struct vec3 position)
 {
-    struct light_way way = light_way(light, position);
+    struct vec3_way way = light_way(light, position);
     return light_fallen_off(light, way, light_spot_share(light, way.direction));
 }
 

@@ -47,6 +47,8 @@ void shadow_batch_finish(struct shadow_batch *batch)
     ray_batch_finish(&batch->rays);
     free(batch->surface);
     free(batch->blocked);
+    free(batch->crossings);
+    free(batch->end);
     *batch = (struct shadow_batch){0};
 }
 
@@ -58,6 +60,7 @@ static void shadow_batch_reserve(struct shadow_batch *batch, size_t capacity)
     batch->capacity = batch->rays.capacity;
     batch->surface = memory_resize(batch->surface, batch->capacity, sizeof *batch->surface);
     batch->blocked = memory_resize(batch->blocked, batch->capacity, sizeof *batch->blocked);
+    batch->end = memory_resize(batch->end, batch->capacity + 2, sizeof *batch->end);
 }
 
 void shadow_batch_collect(struct shadow_batch *batch, const struct lighting *lighting, size_t surface_count)
@@ -73,15 +76,37 @@ void shadow_batch_collect(struct shadow_batch *batch, const struct lighting *lig
 
 /* --- coloured shadows ------------------------------------------------------------------------------------- */
 
-static int compare_crossings(const void *left, const void *right)
+/* Whether the ray that both are of meets a before b. */
+static bool is_met_before(const struct crossing *a, const struct crossing *b)
 {
-    const struct crossing *a = left, *b = right;
-    if (a->ray != b->ray)
-        return a->ray < b->ray ? -1 : 1;
-    if (a->t != b->t)
-        return a->t < b->t ? -1 : 1;
-    uint64_t key_a = hit_key(a->id, a->side), key_b = hit_key(b->id, b->side);
-    return key_a < key_b ? -1 : key_a > key_b;
+    return a->t != b->t ? a->t < b->t : hit_key(a->id, a->side) < hit_key(b->id, b->side);
+}
+
+/* One ray's crossings, which are few, in the order in which it meets them. */
+static void sort_run(struct crossing *run, size_t count)
+{
+    for (size_t i = 1; i < count; i++) {
+        struct crossing crossing = run[i];
+        size_t at = i;
+        for (; at > 0 && is_met_before(&crossing, &run[at - 1]); at--)
+            run[at] = run[at - 1];
+        run[at] = crossing;
+    }
+}
+
+/* Sorts a kernel's crossings by ray: a counting sort. */
+static void sort_by_ray(struct shadow_batch *batch, const struct crossing_list *list)
+{
+    size_t *end = batch->end;
+    batch->crossings = memory_grow(batch->crossings, &batch->crossing_capacity, list->count, sizeof *batch->crossings);
+    for (size_t i = 0; i < batch->rays.count + 2; i++)
+        end[i] = 0;
+    for (size_t i = 0; i < list->count; i++)
+        end[list->items[i].ray + 2]++;
+    for (size_t i = 2; i < batch->rays.count + 2; i++)
+        end[i] += end[i - 1];
+    for (size_t i = 0; i < list->count; i++) /* what is the start of a ray's place now is its end then */
+        batch->crossings[end[list->items[i].ray + 1]++] = list->items[i];
 }
 
 static struct vec3 surface_factor(const struct plan *plan, const struct ray *ray, const struct crossing *crossing,
@@ -172,28 +197,33 @@ static void dim(const struct lighting *lighting, uint32_t surface, struct vec3 f
     lane_put(lighting->radiance, surface, vec3_mul(lane_get(lighting->radiance, surface), factor));
 }
 
-/* By the surfaces and solids that a ray passes. */
-static void dim_by_run(const struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
-                       uint32_t medium, size_t i, const struct crossing *run, size_t count,
-                       const struct lighting *lighting)
+/* By the surfaces and solids that ray i passes. */
+static void dim_by_run(struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
+                       uint32_t medium, size_t i, const struct lighting *lighting)
 {
+    size_t count = batch->end[i + 1] - batch->end[i];
+    struct crossing *run = batch->crossings + batch->end[i];
+    if (count == 0 && medium == MEDIUM_SPACE)
+        return;
+    sort_run(run, count);
     struct ray ray = ray_batch_get(&batch->rays, i);
     struct vec3 around = absorbed_around(plan, media, medium, &ray, run, count);
     dim(lighting, batch->surface[i], vec3_mul(around, run_transmittance(plan, &ray, run, count)));
 }
 
-void shadow_batch_dim(const struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
+void shadow_batch_dim(struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
                       const struct path_batch *paths, const struct surfaces *surfaces,
-                      struct crossing_list *crossings, const struct lighting *lighting)
+                      const struct crossing_list *crossings, const struct lighting *lighting)
 {
-    if (crossings->count > 1)
-        qsort(crossings->items, crossings->count, sizeof *crossings->items, compare_crossings);
-    for (size_t i = 0, start = 0, count; i < batch->rays.count; i++, start += count) {
-        uint32_t medium = plan->absorbs ? paths->medium[surfaces->path[batch->surface[i]]] : MEDIUM_SPACE;
-        count = crossing_list_run(crossings, start, (uint32_t)i);
+    for (size_t i = 0; i < batch->rays.count; i++)
         if (batch->blocked[i])
             lane_put(lighting->radiance, batch->surface[i], vec3_make(0, 0, 0));
-        else if (count > 0 || medium != MEDIUM_SPACE)
-            dim_by_run(batch, plan, media, medium, i, crossings->items + start, count, lighting);
+    if (crossings->count == 0 && !plan->absorbs)
+        return;
+    sort_by_ray(batch, crossings);
+    for (size_t i = 0; i < batch->rays.count; i++) {
+        uint32_t medium = plan->absorbs ? paths->medium[surfaces->path[batch->surface[i]]] : MEDIUM_SPACE;
+        if (!batch->blocked[i])
+            dim_by_run(batch, plan, media, medium, i, lighting);
     }
 }

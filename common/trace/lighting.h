@@ -27,6 +27,11 @@ struct shadow_batch {
     uint32_t *surface;
     uint8_t *blocked; /* 1 where something that lets no light through stands between */
     size_t capacity;
+
+    /* Scratch: crossings ray by ray; those of ray i end where end[i + 1] says. */
+    struct crossing *crossings;
+    size_t crossing_capacity;
+    size_t *end;
 };
 
 void shadow_batch_finish(struct shadow_batch *batch);
@@ -34,13 +39,12 @@ void shadow_batch_finish(struct shadow_batch *batch);
 /* Lists the lit surfaces, and makes room for their rays. */
 void shadow_batch_collect(struct shadow_batch *batch, const struct lighting *lighting, size_t surface_count);
 
-/* Takes from the lighting's radiance what shadows take, as a kernel found it. Sorts the crossings. A shadow ray goes
- * straight on: each surface that it passes takes its share (transparency × filter, or for a dielectric Fresnel's
+/* Takes from the lighting's radiance what shadows take, as a kernel found it. A shadow ray goes straight on: each surface that it passes takes its share (transparency × filter, or for a dielectric Fresnel's
  * transmitted share × filter, at the angle the line has to the surface), and each absorbing solid
  * exp(−absorption × length inside). Factors are multiplied in the order of (t, id, side), so that neither the order of
  * the scene file nor the kernel's way of searching can change a bit. */
-void shadow_batch_dim(const struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
+void shadow_batch_dim(struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
                       const struct path_batch *paths, const struct surfaces *surfaces,
-                      struct crossing_list *crossings, const struct lighting *lighting);
+                      const struct crossing_list *crossings, const struct lighting *lighting);
 
 #endif

@@ -141,6 +141,7 @@ struct plan {
     /* What the scene needs at all. */
     bool is_textured;      /* some surface is not of one colour */
     bool needs_footprints; /* some texture or background is filtered */
+    bool is_smooth;        /* some mesh has normals of its own */
     bool mirrors, transmits, absorbs; /* some material does */
     bool walls_may_touch;  /* of two dielectrics: boundary.h is needed */
 };

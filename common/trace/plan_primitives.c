@@ -213,6 +213,7 @@ static void add_mesh(struct plan *plan, uint32_t object, const struct shape *sha
     *to = (struct plan_mesh){.uv = mesh->uv, .index = mesh->index,
                              .mirrored = mat3_determinant(&at->world.linear) < 0};
     add_mesh_normals(to, mesh, at);
+    plan->is_smooth |= to->normals != NULL;
     for (size_t i = 0; i < mesh->triangle_count; i++) {
         const uint32_t *v = &mesh->index[3 * i];
         struct vec3 a = mesh->points[v[0]], b = mesh->points[v[1]], c = mesh->points[v[2]];

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "trace/texture.h"
 
 enum { LANE_ARRAYS = sizeof(struct surface_lanes) / sizeof(double *) };
 
@@ -23,6 +24,11 @@ void surfaces_finish(struct surfaces *s)
         free(s->patterned[kind].flat_axis);
         free(s->patterned[kind].share);
     }
+    free(s->imaged.surface);
+    free(s->imaged.texture);
+    free(s->imaged.face);
+    for (int i = 0; i < 6; i++)
+        free(s->imaged.point[i]);
     *s = (struct surfaces){0};
 }
 
@@ -125,8 +131,7 @@ static struct vec3 textured(const struct surfaces *s, const struct plan *plan, c
     return surface_color(plan, &hit, &surface, &spread);
 }
 
-static void push_patterned(struct patterned *to, const struct plan *plan, const struct surfaces *s, uint32_t at,
-                           uint32_t texture)
+static void push_patterned(struct patterned *to, const struct plan *plan, const struct surfaces *s, uint32_t at)
 {
     if (to->count == to->capacity) {
         size_t capacity = lanes_in_packets(2 * to->capacity + 1);
@@ -138,24 +143,46 @@ static void push_patterned(struct patterned *to, const struct plan *plan, const 
     }
     const struct primitive *primitive = &plan->primitives[s->primitive[at]];
     to->surface[to->count] = at;
-    to->texture[to->count] = texture;
+    to->texture[to->count] = s->texture[at];
     to->flat_axis[to->count++] = surface_flat_axis(primitive, (uint8_t)s->lanes.part[at]);
+}
+
+static void push_imaged(struct imaged *to, const struct plan *plan, const struct surfaces *s, uint32_t at)
+{
+    if (to->count == to->capacity) {
+        size_t capacity = lanes_in_packets(2 * to->capacity + 1);
+        to->surface = memory_resize(to->surface, capacity, sizeof *to->surface);
+        to->texture = memory_resize(to->texture, capacity, sizeof *to->texture);
+        lanes_grow(&to->face, to->count, capacity);
+        for (int i = 0; i < 6; i++)
+            lanes_grow(&to->point[i], 0, capacity);
+        to->capacity = capacity;
+    }
+    bool is_box = plan->primitives[s->primitive[at]].kind == PRIMITIVE_BOX;
+    to->surface[to->count] = at;
+    to->texture[to->count] = s->texture[at];
+    to->face[to->count++] = is_box && plan->textures[s->texture[at]].map == MAP_BOX ? s->lanes.part[at] : -1;
 }
 
 void surfaces_find_textures(struct surfaces *s, const struct plan *plan, const struct path_batch *paths)
 {
+    s->imaged.count = 0;
     for (int kind = 0; kind < TEXTURE_IMAGE; kind++)
         s->patterned[kind].count = 0;
-    for (uint32_t at = 0; at < s->count && plan->is_textured; at++) {
-        enum texture_kind kind = plan->textures[s->texture[at]].kind;
-        if (kind == TEXTURE_IMAGE)
+    for (uint32_t at = 0; at < s->count; at++) {
+        const struct plan_texture *texture = &plan->textures[s->texture[at]];
+        if (texture->kind == TEXTURE_CONSTANT)
+            continue;
+        if (texture->kind != TEXTURE_IMAGE)
+            push_patterned(&s->patterned[texture->kind], plan, s, at);
+        else if (texture->map != MAP_MESH)
+            push_imaged(&s->imaged, plan, s, at);
+        else
             lane_put(s->lanes.color, at, textured(s, plan, paths, at));
-        else if (kind != TEXTURE_CONSTANT)
-            push_patterned(&s->patterned[kind], plan, s, at, s->texture[at]);
     }
 }
 
-void surfaces_mix_patterns(struct surfaces *s, const struct plan *plan)
+void surfaces_look_up(struct surfaces *s, const struct plan *plan)
 {
     for (int kind = 0; kind < TEXTURE_IMAGE; kind++) {
         const struct patterned *from = &s->patterned[kind];
@@ -163,5 +190,12 @@ void surfaces_mix_patterns(struct surfaces *s, const struct plan *plan)
             const struct vec3 *color = plan->textures[from->texture[i]].color;
             lane_put(s->lanes.color, from->surface[i], vec3_mix(color[0], color[1], from->share[i]));
         }
+    }
+    const struct imaged *from = &s->imaged;
+    for (size_t i = 0; i < from->count; i++) {
+        struct image_point at = {from->point[0][i], from->point[1][i], from->point[2][i],
+                                 from->point[3][i], from->point[4][i], from->point[5][i]};
+        const struct plan_texture *texture = &plan->textures[from->texture[i]];
+        lane_put(s->lanes.color, from->surface[i], texture_image_color(plan, texture, &at, (int)from->face[i]));
     }
 }

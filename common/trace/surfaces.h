@@ -39,6 +39,14 @@ struct patterned {
     double *share;               /* of the texture's second colour */
 };
 
+/* Surfaces, by number, that show an image, and where in it. Arrays as in ray_batch. */
+struct imaged {
+    size_t count, capacity;
+    uint32_t *surface, *texture; /* texture: into plan.textures */
+    double *face;                /* of a box, 0..5, or −1 where the map is to choose */
+    double *point[6];            /* the members of struct image_point in turn */
+};
+
 /* All zero is empty. */
 struct surfaces {
     size_t count, capacity;
@@ -50,6 +58,7 @@ struct surfaces {
     uint32_t *of_path;                 /* of each path: its surface, or SURFACE_NONE */
     struct surface_lanes lanes;
     struct patterned patterned[TEXTURE_IMAGE]; /* by kind of texture: checker, stripes and gradient */
+    struct imaged imaged;
 };
 
 void surfaces_finish(struct surfaces *surfaces);
@@ -60,11 +69,11 @@ void surfaces_sort(struct surfaces *surfaces, const struct plan *plan, const str
 /* Once points and normals are known: the shading normals of smooth meshes, and their change. */
 void surfaces_smooth(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
 
-/* Sets color where an image gives it, and notes in `patterned` where a pattern does. */
+/* Notes in `patterned` and `imaged` which surfaces are of more than one colour. On a mesh's own map, sets color. */
 void surfaces_find_textures(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);
 
-/* Sets color where the patterns' shares have been found. */
-void surfaces_mix_patterns(struct surfaces *surfaces, const struct plan *plan);
+/* Sets color where the patterns' shares and the images' points have been found. */
+void surfaces_look_up(struct surfaces *surfaces, const struct plan *plan);
 
 /* One of them. */
 struct hit surfaces_hit(const struct surfaces *surfaces, size_t at);

@@ -30,6 +30,12 @@ static struct image_edges edges_of(const struct plan_texture *texture)
     return (struct image_edges){endless || round || texture->repeat_u != 1, endless || texture->repeat_v != 1};
 }
 
+struct vec3 texture_image_color(const struct plan *plan, const struct plan_texture *texture,
+                                const struct image_point *at, int face)
+{
+    return image_filter(&plan->images[texture->image[face]], at, edges_of(texture));
+}
+
 static struct vec3 image_color(const struct plan *plan, const struct plan_texture *texture,
                                const struct texture_point *at, const struct texture_area *area)
 {
@@ -37,7 +43,7 @@ static struct vec3 image_color(const struct plan *plan, const struct plan_textur
     if (texture->map == MAP_BOX)
         face = at->box_face >= 0 ? at->box_face : map_box_face(texture, area);
     struct image_point point = map_repeated(texture, image_point_of(texture, at, area, face));
-    return image_filter(&plan->images[texture->image[(int)face]], &point, edges_of(texture));
+    return texture_image_color(plan, texture, &point, (int)face);
 }
 
 struct vec3 texture_color(const struct plan *plan, const struct plan_texture *texture, const struct texture_point *at)

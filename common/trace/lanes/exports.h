@@ -21,7 +21,7 @@
                       struct crossing_list *crossings);                                                          \
     void add_light_##isa(const struct lighting *lighting, struct surfaces *surfaces);                            \
     void weigh_##isa(struct surfaces *surfaces);                                                                 \
-    void refract_##isa(const struct surfaces *surfaces, struct transmitted *transmitted);                        \
+    void refract_##isa(const struct plan *plan, const struct surfaces *surfaces, struct transmitted *transmitted); \
     void mirror_##isa(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,  \
                       const struct mirrored *mirrored, struct path_batch *children);                             \
     void transmit_##isa(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces, \
