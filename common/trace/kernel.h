@@ -83,8 +83,8 @@ struct kernel {
     /* Adds the lighting's radiance to local. */
     void (*add_light)(const struct lighting *lighting, struct surfaces *surfaces);
 
-    /* Multiplies local by the paths' throughput. */
-    void (*weigh)(struct surfaces *surfaces);
+    /* What each path finds: its surface's local light, or the background where that is no image, times throughput. */
+    void (*find)(const struct plan *plan, const struct surfaces *surfaces, struct path_batch *paths);
 
     /* Reflectances of the boundaries in the list, and the shares of light that pass them. */
     void (*refract)(const struct plan *plan, const struct surfaces *surfaces, struct transmitted *transmitted);

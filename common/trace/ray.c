@@ -102,6 +102,7 @@ void path_batch_finish(struct path_batch *b)
     ray_batch_finish(&b->rays);
     for (int axis = 0; axis < 3; axis++) {
         free(b->throughput[axis]);
+        free(b->found[axis]);
         for (int part = 0; part < 4; part++)
             free(b->footprint[part][axis]);
     }
@@ -123,6 +124,7 @@ void path_batch_reserve(struct path_batch *b, size_t capacity)
     b->capacity = b->rays.capacity;
     for (int axis = 0; axis < 3; axis++) {
         lanes_grow(&b->throughput[axis], b->rays.count, b->capacity);
+        lanes_grow(&b->found[axis], 0, b->capacity);
         for (int part = 0; part < 4; part++)
             lanes_grow(&b->footprint[part][axis], b->rays.count, b->capacity);
     }
@@ -154,26 +156,4 @@ struct path path_batch_get(const struct path_batch *b, size_t i)
         .footprint = {lane_get(b->footprint[0], i), lane_get(b->footprint[1], i), lane_get(b->footprint[2], i),
                       lane_get(b->footprint[3], i)},
     };
-}
-
-void path_batch_append(struct path_batch *b, const struct path_batch *other)
-{
-    size_t first = b->rays.count, count = other->rays.count;
-    path_batch_reserve(b, first + count);
-    double **to[RAY_ARRAYS], **from[RAY_ARRAYS];
-    struct ray_batch rays = other->rays;
-    list_arrays(&b->rays, to);
-    list_arrays(&rays, from);
-    for (int i = 0; i < RAY_ARRAYS && count > 0; i++)
-        memcpy(*to[i] + first, *from[i], count * sizeof **to[i]);
-    for (int axis = 0; axis < 3 && count > 0; axis++) {
-        memcpy(b->throughput[axis] + first, other->throughput[axis], count * sizeof *b->throughput[axis]);
-        for (int part = 0; part < 4; part++)
-            memcpy(b->footprint[part][axis] + first, other->footprint[part][axis], count * sizeof(double));
-    }
-    if (count > 0) {
-        memcpy(b->sample + first, other->sample, count * sizeof *b->sample);
-        memcpy(b->medium + first, other->medium, count * sizeof *b->medium);
-    }
-    b->rays.count += count;
 }

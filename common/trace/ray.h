@@ -108,6 +108,7 @@ struct path_batch {
     size_t capacity;
     double *throughput[3];
     double *footprint[4][3]; /* the members of struct footprint in turn */
+    double *found[3];        /* the radiance that the path brings to its sample, once it is known */
     uint32_t *sample, *medium;
 };
 
@@ -115,8 +116,6 @@ void path_batch_finish(struct path_batch *batch);
 void path_batch_clear(struct path_batch *batch);
 void path_batch_reserve(struct path_batch *batch, size_t capacity);
 void path_batch_push(struct path_batch *batch, const struct path *path);
-/* Pushes all paths of the other batch. */
-void path_batch_append(struct path_batch *batch, const struct path_batch *other);
 struct path path_batch_get(const struct path_batch *batch, size_t index);
 
 /* --- vectors in lanes ------------------------------------------------------------------------------------- */

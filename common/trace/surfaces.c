@@ -18,6 +18,8 @@ void surfaces_finish(struct surfaces *s)
     free(s->material);
     free(s->texture);
     free(s->of_path);
+    free(s->hit);
+    free(s->kind);
     for (int kind = 0; kind < TEXTURE_IMAGE; kind++) {
         free(s->patterned[kind].surface);
         free(s->patterned[kind].texture);
@@ -46,15 +48,21 @@ static void reserve(struct surfaces *s, size_t capacity)
     s->material = memory_resize(s->material, s->capacity, sizeof *s->material);
     s->texture = memory_resize(s->texture, s->capacity, sizeof *s->texture);
     s->of_path = memory_resize(s->of_path, s->capacity, sizeof *s->of_path);
+    s->hit = memory_resize(s->hit, s->capacity, sizeof *s->hit);
+    s->kind = memory_resize(s->kind, s->capacity, sizeof *s->kind);
 }
 
 void surfaces_sort(struct surfaces *s, const struct plan *plan, const struct hit_batch *hits, size_t count)
 {
     size_t next[PRIMITIVE_KINDS] = {0};
     reserve(s, count);
-    for (size_t i = 0; i < count; i++)
-        if (hits->key[i] >= 0)
-            next[plan->primitives[hit_batch_id(hits, i)].kind]++;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t id = hit_batch_id(hits, i);
+        s->hit[i] = id;
+        s->kind[i] = id == PRIMITIVE_NONE ? PRIMITIVE_KINDS : plan->primitives[id].kind;
+        if (id != PRIMITIVE_NONE)
+            next[s->kind[i]]++;
+    }
     s->first[0] = 0;
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++) {
         s->first[kind + 1] = s->first[kind] + next[kind];
@@ -62,13 +70,12 @@ void surfaces_sort(struct surfaces *s, const struct plan *plan, const struct hit
     }
     s->count = s->first[PRIMITIVE_KINDS];
     for (size_t i = 0; i < count; i++) {
-        uint32_t id = hit_batch_id(hits, i);
         s->of_path[i] = SURFACE_NONE;
-        if (id == PRIMITIVE_NONE)
+        if (s->kind[i] == PRIMITIVE_KINDS)
             continue;
-        size_t at = next[plan->primitives[id].kind]++;
+        size_t at = next[s->kind[i]]++;
         s->path[at] = (uint32_t)i;
-        s->primitive[at] = id;
+        s->primitive[at] = s->hit[i];
         s->of_path[i] = (uint32_t)at;
     }
 }

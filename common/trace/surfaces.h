@@ -28,7 +28,7 @@ struct surface_lanes {
     double *spread[4][3];      /* the members of struct surface_footprint in turn, where the plan needs footprints */
     double *color[3];          /* of the material there */
     double *own[3];            /* that, times the share of light that is neither mirrored nor let through */
-    double *local[3];          /* radiance that leaves it towards the path; in the end, times the path's throughput */
+    double *local[3];          /* radiance that leaves it towards the path */
 };
 
 /* Surfaces, by number, that wear one kind of pattern, and what comes of it. Arrays as in ray_batch. */
@@ -56,6 +56,8 @@ struct surfaces {
     uint32_t *index;                   /* of the primitive, in the plan's array of its kind */
     uint32_t *material, *texture;      /* into the plan's arrays */
     uint32_t *of_path;                 /* of each path: its surface, or SURFACE_NONE */
+    uint32_t *hit;                     /* of each path: the primitive, or PRIMITIVE_NONE */
+    uint8_t *kind;                     /* of each path: that of the primitive, or PRIMITIVE_KINDS */
     struct surface_lanes lanes;
     struct patterned patterned[TEXTURE_IMAGE]; /* by kind of texture: checker, stripes and gradient */
     struct imaged imaged;

@@ -75,8 +75,9 @@ static uint32_t camera_medium(struct generation *g)
     return medium;
 }
 
-/* Takes `count` camera rays from the cursor on, and moves it behind them. */
-static void number_rays(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count)
+/* Takes `count` camera rays from the cursor on, counts them, and moves it behind them. */
+static void number_rays(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count,
+                        struct ray_counts *counts)
 {
     uint32_t samples = tracer->generation.plan->settings.samples, rows = area->y1 - area->y0;
     for (size_t i = 0; i < count; i++) {
@@ -85,6 +86,7 @@ static void number_rays(struct tracer *tracer, const struct pixel_area *area, st
         tracer->digits_x[i] = tracer->digits[at->sample].x;
         tracer->digits_y[i] = tracer->digits[at->sample].y;
         tracer->row[i] = at->row;
+        counts[at->row].camera++;
         bool pixel_ends = ++at->sample == samples, column_ends = pixel_ends && at->row + 1 == rows;
         at->sample = pixel_ends ? 0 : at->sample;
         at->row = column_ends ? 0 : at->row + pixel_ends;
@@ -92,10 +94,11 @@ static void number_rays(struct tracer *tracer, const struct pixel_area *area, st
     }
 }
 
-static void start_paths(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count)
+static void start_paths(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count,
+                        struct ray_counts *counts)
 {
     struct generation *g = &tracer->generation;
-    number_rays(tracer, area, at, count);
+    number_rays(tracer, area, at, count, counts);
     struct camera_rays rays = {count, g->plan->settings.samples,
                                tracer->pixel_x, tracer->pixel_y, tracer->digits_x, tracer->digits_y,
                                tracer->x, tracer->y};
@@ -139,44 +142,38 @@ static void add_lights(struct tracer *tracer, struct ray_counts *counts)
 
 /* --- sums ------------------------------------------------------------------------------------------------- */
 
-static struct vec3 background_radiance(const struct plan *plan, const struct path_batch *paths, size_t path)
+/* Where paths go past everything, an image of the surroundings. */
+static void look_around(const struct generation *g)
 {
-    const struct background *background = &plan->background;
-    struct vec3 direction = lane_get(paths->rays.direction, path);
-    switch (background->kind) {
-    case BACKGROUND_CONSTANT:
-        return background->color[0];
-    case BACKGROUND_GRADIENT:
-        return vec3_mix(background->color[0], background->color[1], 0.5 * (direction.y + 1));
-    case BACKGROUND_IMAGE:
-        return texture_surroundings(&plan->images[background->image], direction,
-                                    lane_get(paths->footprint[2], path), lane_get(paths->footprint[3], path));
+    const struct path_batch *paths = &g->paths;
+    const struct plan_image *image = &g->plan->images[g->plan->background.image];
+    for (size_t i = 0; i < paths->rays.count; i++) {
+        if (g->surfaces.of_path[i] != SURFACE_NONE)
+            continue;
+        struct vec3 color = texture_surroundings(image, lane_get(paths->rays.direction, i),
+                                                 lane_get(paths->footprint[2], i), lane_get(paths->footprint[3], i));
+        lane_put(paths->found, i, vec3_mul(lane_get(paths->throughput, i), color));
     }
-    return background->color[0];
 }
 
-/* Adds what every path found to its sample, in the order of the batch. */
+/* Adds what every path finds to its sample, in the order of the batch. */
 static void gather(struct tracer *tracer)
 {
-    const struct generation *g = &tracer->generation;
+    struct generation *g = &tracer->generation;
+    g->kernel->find(g->plan, &g->surfaces, &g->paths);
+    if (g->plan->background.kind == BACKGROUND_IMAGE)
+        look_around(g);
     for (size_t i = 0; i < g->paths.rays.count; i++) {
-        uint32_t surface = g->surfaces.of_path[i];
-        struct vec3 found = surface != SURFACE_NONE ? lane_get(g->surfaces.lanes.local, surface)
-                                                    : vec3_mul(lane_get(g->paths.throughput, i),
-                                                               background_radiance(g->plan, &g->paths, i));
         struct vec3 *radiance = &tracer->radiance[g->paths.sample[i]];
-        *radiance = vec3_add(*radiance, found);
+        *radiance = vec3_add(*radiance, lane_get(g->paths.found, i));
     }
 }
 
-static void count_paths(const struct tracer *tracer, uint32_t generation, struct ray_counts *counts)
+static void count_secondary(const struct tracer *tracer, struct ray_counts *counts)
 {
     const struct path_batch *paths = &tracer->generation.paths;
-    for (size_t i = 0; i < paths->rays.count; i++) {
-        struct ray_counts *of_row = &counts[tracer->row[paths->sample[i]]];
-        of_row->camera += generation == 0;
-        of_row->secondary += generation > 0;
-    }
+    for (size_t i = 0; i < paths->rays.count; i++)
+        counts[tracer->row[paths->sample[i]]].secondary++;
 }
 
 /* Traces the paths that start_paths made, to the end. */
@@ -184,17 +181,16 @@ static void trace(struct tracer *tracer, struct ray_counts *counts)
 {
     struct generation *g = &tracer->generation;
     for (uint32_t generation = 0; g->paths.rays.count > 0; generation++) {
-        count_paths(tracer, generation, counts);
         generation_find_hits(g);
         generation_find_surfaces(g);
         g->kernel->ambient(g->plan, &g->surfaces);
         add_lights(tracer, counts);
-        g->kernel->weigh(&g->surfaces);
         gather(tracer);
         if (generation == g->plan->depth)
             break;
         generation_find_children(g);
         generation_pass(g);
+        count_secondary(tracer, counts);
     }
 }
 
@@ -208,11 +204,11 @@ void tracer_area(struct tracer *tracer, const struct pixel_area *area, struct ve
         pixels[i] = vec3_make(0, 0, 0);
     for (uint64_t first = 0; first < total; first += CAMERA_RAYS_MAX) {
         size_t count = total - first < CAMERA_RAYS_MAX ? (size_t)(total - first) : CAMERA_RAYS_MAX;
-        start_paths(tracer, area, &next, count);
+        start_paths(tracer, area, &next, count, counts);
         trace(tracer, counts);
         for (size_t i = 0; i < count; i++) {
-            struct vec3 *to = &pixels[(tracer->pixel_x[i] - area->x0) + (size_t)tracer->row[i] * width];
-            *to = vec3_add(*to, tracer->radiance[i]);
+            size_t pixel = tracer->pixel_x[i] - area->x0 + tracer->row[i] * width;
+            pixels[pixel] = vec3_add(pixels[pixel], tracer->radiance[i]);
         }
     }
     for (size_t i = 0; i < width * rows; i++)

@@ -20,7 +20,7 @@
     void shadow_##isa(const struct plan *plan, const struct ray_batch *rays, uint8_t *blocked,                   \
                       struct crossing_list *crossings);                                                          \
     void add_light_##isa(const struct lighting *lighting, struct surfaces *surfaces);                            \
-    void weigh_##isa(struct surfaces *surfaces);                                                                 \
+    void find_##isa(const struct plan *plan, const struct surfaces *surfaces, struct path_batch *paths);         \
     void refract_##isa(const struct plan *plan, const struct surfaces *surfaces, struct transmitted *transmitted); \
     void mirror_##isa(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,  \
                       const struct mirrored *mirrored, struct path_batch *children);                             \
@@ -31,7 +31,7 @@
 #define LANES_STAGES(isa)                                                                                        \
     .camera = camera_##isa, .collect = collect_##isa, .surface = surface_##isa, .face = face_##isa,              \
     .pattern = pattern_##isa, .ambient = ambient_##isa, .light = light_##isa, .shadow_rays = shadow_rays_##isa,  \
-    .add_light = add_light_##isa, .weigh = weigh_##isa, .refract = refract_##isa, .mirror = mirror_##isa,        \
+    .add_light = add_light_##isa, .find = find_##isa, .refract = refract_##isa, .mirror = mirror_##isa,        \
     .transmit = transmit_##isa
 
 #endif

@@ -113,10 +113,27 @@ void LANES_NAME(add_light)(const struct lighting *lighting, struct surfaces *sur
         lane_put(s.local, i, vec3_add(lane_get(s.local, i), lane_get(from.radiance, i)));
 }
 
-void LANES_NAME(weigh)(struct surfaces *surfaces)
+static void find_background(const struct plan *plan, const struct path_batch *paths)
+{
+    const struct path_batch to = *paths;
+    const struct vec3 below = plan->background.color[0], above = plan->background.color[1];
+    if (plan->background.kind == BACKGROUND_GRADIENT)
+        LANES_LOOP
+        for (size_t i = 0; i < to.rays.count; i++) {
+            struct vec3 color = vec3_mix(below, above, 0.5 * (to.rays.direction[1][i] + 1));
+            lane_put(to.found, i, vec3_mul(lane_get(to.throughput, i), color));
+        }
+    else
+        LANES_LOOP
+        for (size_t i = 0; i < to.rays.count; i++)
+            lane_put(to.found, i, vec3_mul(lane_get(to.throughput, i), below));
+}
+
+void LANES_NAME(find)(const struct plan *plan, const struct surfaces *surfaces, struct path_batch *paths)
 {
     const struct surface_lanes s = surfaces->lanes;
-    LANES_LOOP
+    if (surfaces->count < paths->rays.count)
+        find_background(plan, paths);
     for (size_t i = 0; i < surfaces->count; i++)
-        lane_put(s.local, i, vec3_mul(lane_get(s.throughput, i), lane_get(s.local, i)));
+        lane_put(paths->found, surfaces->path[i], vec3_mul(lane_get(s.throughput, i), lane_get(s.local, i)));
 }
