@@ -73,7 +73,7 @@ static enum status prepare(struct render_job *job, const struct render_choices *
     if (status != STATUS_OK)
         return status;
     asset_set_init_disk(&job->assets, job->scene_path, &name);
-    status = scene_load(&scene, name, &job->assets, error);
+    status = scene_load_with(&scene, name, &job->assets, IMAGES_CHECKED, error);
     if (status != STATUS_OK)
         return status;
     choose_settings(job, &scene, choices);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
+#include "scene/images.h"
 #include "scene/load.h"
 #include "trace/tracer.h"
 #include "wire/rows.h"
@@ -152,7 +153,8 @@ static void complete_band(struct pool *pool, struct band *band)
 
 static void load_job(struct pool_job *job, int threads, struct error *error)
 {
-    job->loaded = scene_load(&job->scene, job->name, &job->assets, error) == STATUS_OK;
+    job->loaded = scene_load_with(&job->scene, job->name, &job->assets, IMAGES_NAMED, error) == STATUS_OK &&
+                  scene_images_decode(&job->scene, &job->assets, threads, error) == STATUS_OK;
     if (job->loaded)
         job->plan = plan_create(&job->scene, &job->settings, threads);
     asset_set_finish(&job->assets);

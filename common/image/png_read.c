@@ -26,10 +26,11 @@ struct png_decoder {
     struct byte_reader source;
     png_structp png;
     png_infop info;
+    bool keeps;              /* the pixels; otherwise they are only read */
     struct image image;
     uint32_t rows_allocated; /* of image.rgb */
     uint32_t code_bytes;     /* 1 or 2 */
-    uint8_t *codes;          /* one row: red, green, blue; two bytes are big-endian */
+    uint8_t *codes;          /* one row: red, green, blue; two bytes are big-endian. Not kept: as in the file */
     float *light;            /* the linear light of every code; of two bytes, 0 until it is needed */
     char reason[256];        /* libpng's last word */
     char warning[256];       /* its latest warning, or "" */
@@ -168,12 +169,17 @@ static struct png_pass pass_of(const struct png_decoder *decoder, int pass)
  * pass without columns has no rows in the file. */
 static void read_rows(struct png_decoder *decoder)
 {
-    choose_codes(decoder);
+    if (decoder->keeps)
+        choose_codes(decoder);
+    else
+        decoder->codes = memory_array(png_get_rowbytes(decoder->png, decoder->info), 1);
     bool interlaced = png_get_interlace_type(decoder->png, decoder->info) != PNG_INTERLACE_NONE;
     for (int p = 0; p < (interlaced ? PNG_INTERLACE_ADAM7_PASSES : 1); p++) {
         struct png_pass pass = pass_of(decoder, p);
         for (uint32_t j = 0; pass.columns > 0 && j < pass.rows; j++) {
             png_read_row(decoder->png, decoder->codes, NULL);
+            if (!decoder->keeps)
+                continue;
             uint32_t y = pass.y0 + j * pass.dy;
             reach_row(decoder, y);
             store_row(decoder, &pass, y);
@@ -207,22 +213,37 @@ static enum status decode(struct png_decoder *decoder, const char *name, struct 
     return status;
 }
 
-enum status image_decode_png(struct image *image, const void *data, size_t size, const char *name,
-                             struct error *error)
+/* The image of the decoder, which must be all zero but for source and keeps, stays empty on failure. */
+static enum status run(struct png_decoder *decoder, const char *name, struct error *error)
 {
+    const uint8_t *data = decoder->source.data;
+    size_t size = decoder->source.size;
     if (image_kind_of(data, size) != IMAGE_KIND_PNG) {
         char found[IMAGE_KIND_TEXT_BYTES];
         image_kind_describe(data, size, found);
         return error_set(error, STATUS_INPUT, "%s: expected a PNG image, found %s", name, found);
     }
-    struct png_decoder decoder = {.source = byte_reader_of(data, size)};
-    enum status status = decode(&decoder, name, error);
-    png_destroy_read_struct(&decoder.png, &decoder.info, NULL);
-    free(decoder.codes);
-    free(decoder.light);
+    enum status status = decode(decoder, name, error);
+    png_destroy_read_struct(&decoder->png, &decoder->info, NULL);
+    free(decoder->codes);
+    free(decoder->light);
+    if (status != STATUS_OK)
+        image_finish(&decoder->image);
+    return status;
+}
+
+enum status image_decode_png(struct image *image, const void *data, size_t size, const char *name,
+                             struct error *error)
+{
+    struct png_decoder decoder = {.source = byte_reader_of(data, size), .keeps = true};
+    enum status status = run(&decoder, name, error);
     if (status == STATUS_OK)
         *image = decoder.image;
-    else
-        image_finish(&decoder.image);
     return status;
+}
+
+enum status image_check_png(const void *data, size_t size, const char *name, struct error *error)
+{
+    struct png_decoder decoder = {.source = byte_reader_of(data, size)};
+    return run(&decoder, name, error);
 }

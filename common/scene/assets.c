@@ -63,11 +63,19 @@ static enum status read_asset(struct asset_set *set, const char *name, struct er
     return status;
 }
 
-const struct asset *asset_set_get(struct asset_set *set, const char *name, struct error *error)
+const struct asset *asset_set_find(const struct asset_set *set, const char *name)
 {
     for (size_t i = 0; i < set->count; i++)
         if (strcmp(set->assets[i].name, name) == 0)
             return &set->assets[i];
+    return NULL;
+}
+
+const struct asset *asset_set_get(struct asset_set *set, const char *name, struct error *error)
+{
+    const struct asset *known = asset_set_find(set, name);
+    if (known)
+        return known;
     return read_asset(set, name, error) == STATUS_OK ? &set->assets[set->count - 1] : NULL;
 }
 

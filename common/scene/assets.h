@@ -48,6 +48,9 @@ void asset_set_add(struct asset_set *set, const char *name, struct bytes *bytes)
  * NULL with *error filled (STATUS_INPUT) if there is none. Borrowed: valid until the next call that may add. */
 const struct asset *asset_set_get(struct asset_set *set, const char *name, struct error *error);
 
+/* The asset of that name that is in the set already; NULL if none is. Borrowed likewise. */
+const struct asset *asset_set_find(const struct asset_set *set, const char *name);
+
 /* The name of a file that `from` (an asset's name) calls `reference`: relative to from's folder unless
  * absolute. Writes at most ASSET_NAME_MAX + 1 bytes; STATUS_INPUT if it is empty or too long. */
 enum status asset_name_join(char *name, const char *from, const char *reference, struct error *error);

@@ -7,7 +7,13 @@
 
 enum status scene_load(struct scene *scene, const char *name, struct asset_set *assets, struct error *error)
 {
-    *scene = (struct scene){0};
+    return scene_load_with(scene, name, assets, IMAGES_DECODED, error);
+}
+
+enum status scene_load_with(struct scene *scene, const char *name, struct asset_set *assets, enum image_use use,
+                            struct error *error)
+{
+    *scene = (struct scene){.image_use = use};
     enum status status;
     const char *dot = strrchr(name, '.');
     if (dot && strcmp(dot, ".json") == 0)

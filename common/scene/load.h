@@ -11,4 +11,8 @@
  * expected and what was found. */
 enum status scene_load(struct scene *scene, const char *name, struct asset_set *assets, struct error *error);
 
+/* The same, but with its images so. */
+enum status scene_load_with(struct scene *scene, const char *name, struct asset_set *assets, enum image_use use,
+                            struct error *error);
+
 #endif

@@ -164,10 +164,17 @@ struct background {
     size_t image;
 };
 
-/* A decoded image file, once a scene however often it is named. */
+/* An image file, once a scene however often it is named. */
 struct scene_image {
     char *name; /* the asset's name; owned */
-    struct image image;
+    struct image image; /* empty until it is decoded */
+};
+
+/* What a reader makes of the image files that it meets. */
+enum image_use {
+    IMAGES_DECODED,
+    IMAGES_CHECKED, /* refused where decoding would, but not kept: for those who do not render */
+    IMAGES_NAMED,   /* read, and neither decoded nor checked before scene_images_decode */
 };
 
 /* All zero is an empty scene. Owns everything it points to; scene_finish frees it. */
@@ -184,6 +191,7 @@ struct scene {
     size_t material_count, material_capacity;
     struct object *objects;
     size_t object_count, object_capacity;
+    enum image_use image_use;
     struct scene_image *images;
     size_t image_count, image_capacity;
 };

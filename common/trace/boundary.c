@@ -29,7 +29,7 @@ static struct crossing crossing_at(const struct hit_batch *hits, size_t index, u
 
 static bool is_wall(const struct plan *plan, uint32_t id)
 {
-    return id != PRIMITIVE_NONE && plan->materials[plan->objects[plan->primitives[id].object].material].dielectric;
+    return id != PRIMITIVE_NONE && plan->primitives[id].refracts;
 }
 
 static void replace_hit(struct hit_batch *hits, const struct crossing *by)
@@ -64,8 +64,10 @@ static void push_probe(struct boundary_batch *batch, const struct ray_batch *ray
 static bool is_crossed_already(const struct plan *plan, const struct medium_pool *media,
                                const struct path_batch *paths, const struct hit_batch *hits, size_t i)
 {
+    if (!(hits->t[i] <= -paths->rays.t_min[i])) /* nearly always */
+        return false;
     uint32_t id = hit_batch_id(hits, i);
-    if (!(hits->t[i] <= -paths->rays.t_min[i]) || !is_wall(plan, id))
+    if (!is_wall(plan, id))
         return false;
     bool is_inside = medium_holds(media, paths->medium[i], plan->primitives[id].object);
     return is_inside == (hit_batch_side(hits, i) == SIDE_ENTER);

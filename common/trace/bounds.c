@@ -94,3 +94,16 @@ bool bounds_of_primitive(const struct plan *plan, uint32_t id, struct bounds *bo
         return false;
     }
 }
+
+bool bounds_of_object(const struct plan *plan, size_t object, struct bounds *bounds)
+{
+    size_t end = object + 1 < plan->object_count ? plan->objects[object + 1].first_primitive : plan->primitive_count;
+    size_t first = plan->objects[object].first_primitive;
+    struct bounds one;
+    for (size_t id = first; id < end; id++) {
+        if (!bounds_of_primitive(plan, (uint32_t)id, &one))
+            return false;
+        *bounds = id == first ? one : bounds_join(bounds, &one);
+    }
+    return true;
+}

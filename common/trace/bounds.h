@@ -16,6 +16,9 @@ struct bounds {
  * none. */
 bool bounds_of_primitive(const struct plan *plan, uint32_t id, struct bounds *bounds);
 
+/* A box around all of an object; false for a plane. */
+bool bounds_of_object(const struct plan *plan, size_t object, struct bounds *bounds);
+
 static inline struct bounds bounds_join(const struct bounds *a, const struct bounds *b)
 {
     return (struct bounds){

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "math/elementary.h"
 #include "trace/intersect_flat.h"
 #include "trace/intersect_round.h"
@@ -23,25 +24,6 @@ static void build_camera(struct plan *plan, const struct camera *camera)
     plan->camera.down = vec3_scale(up, -step);
     struct vec3 corner = vec3_add_scaled(forward, plan->camera.right, -0.5 * plan->settings.width);
     plan->camera.corner = vec3_add_scaled(corner, plan->camera.down, -0.5 * plan->settings.height);
-}
-
-static void build_lights(struct plan *plan, const struct scene *scene)
-{
-    plan->lights = memory_array(scene->light_count, sizeof *plan->lights);
-    for (size_t i = 0; i < scene->light_count; i++) {
-        const struct light *from = &scene->lights[i];
-        if (vec3_is_zero(from->color))
-            continue; /* it reaches nothing */
-        plan->lights[plan->light_count++] = (struct plan_light){
-            .kind = (uint8_t)from->kind,
-            .color = from->color,
-            .position = vec3_sub(from->position, plan->eye),
-            .direction = from->direction,
-            .falloff = {from->falloff[0], from->falloff[1], from->falloff[2]},
-            .outer_cosine = math_cos_degrees(from->outer_degrees),
-            .inner_cosine = math_cos_degrees(from->inner_degrees),
-        };
-    }
 }
 
 static struct plan_material compile_material(const struct material *from)
@@ -81,6 +63,13 @@ static void build_materials(struct plan *plan, const struct scene *scene)
     }
 }
 
+/* A pattern whose colours are equal is none. */
+static bool is_constant(const struct texture *texture)
+{
+    return texture->kind == TEXTURE_CONSTANT ||
+           (texture->kind != TEXTURE_IMAGE && vec3_is_zero(vec3_sub(texture->color[0], texture->color[1])));
+}
+
 /* Objects share the texture of a material as long as it does not depend on where they are. */
 static void build_textures(struct plan *plan, const struct scene *scene)
 {
@@ -94,7 +83,7 @@ static void build_textures(struct plan *plan, const struct scene *scene)
         const struct object *object = &scene->objects[i];
         const struct texture *texture = &scene->materials[object->material].color;
         plan->objects[i].texture = (uint32_t)object->material;
-        if (texture->kind == TEXTURE_CONSTANT)
+        if (is_constant(texture))
             continue;
         plan->objects[i].texture = (uint32_t)plan->texture_count;
         plan->textures[plan->texture_count++] = plan_texture_compile(texture, object, plan->eye);
@@ -103,12 +92,32 @@ static void build_textures(struct plan *plan, const struct scene *scene)
     plan->needs_footprints = plan->is_textured || scene->background.kind == BACKGROUND_IMAGE;
 }
 
-static void build_images(struct plan *plan, const struct scene *scene)
+/* For several threads: one of the plan's images. */
+struct image_builds {
+    struct plan *plan;
+    const struct scene *scene;
+    bool *worn; /* by anything that can be seen */
+};
+
+static void build_image(void *context, size_t index)
 {
+    const struct image_builds *builds = context;
+    if (builds->worn[index])
+        plan_image_build(&builds->plan->images[index], &builds->scene->images[index].image);
+}
+
+static void build_images(struct plan *plan, const struct scene *scene, int threads)
+{
+    struct image_builds builds = {plan, scene, memory_array(scene->image_count, sizeof *builds.worn)};
+    for (size_t i = scene->material_count; i < plan->texture_count; i++)
+        for (int face = 0; plan->textures[i].kind == TEXTURE_IMAGE && face < BOX_FACES; face++)
+            builds.worn[plan->textures[i].image[face]] = true;
+    if (scene->background.kind == BACKGROUND_IMAGE)
+        builds.worn[scene->background.image] = true;
     plan->image_count = scene->image_count;
     plan->images = memory_array(scene->image_count, sizeof *plan->images);
-    for (size_t i = 0; i < scene->image_count; i++)
-        plan_image_build(&plan->images[i], &scene->images[i].image);
+    parallel_for(threads, scene->image_count, build_image, &builds);
+    free(builds.worn);
 }
 
 struct camera_medium {
@@ -190,12 +199,12 @@ struct plan *plan_create(const struct scene *scene, const struct trace_settings 
     plan->background = scene->background;
     plan->ambient = scene->ambient;
     build_camera(plan, &scene->camera);
-    build_lights(plan, scene);
     build_materials(plan, scene);
     plan_primitives_build(plan, scene);
     build_tree(plan, threads);
+    plan_lights_build(plan, scene);
     build_textures(plan, scene);
-    build_images(plan, scene);
+    build_images(plan, scene, threads);
     find_camera_media(plan);
     plan->walls_may_touch = plan_walls_may_touch(plan);
     return plan;

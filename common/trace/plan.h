@@ -38,6 +38,7 @@ struct primitive {
     uint8_t kind;        /* enum primitive_kind */
     bool blocks_light;   /* its material lets nothing through */
     int8_t flat_axis;    /* the coordinate of the object that is constant on it, 0..2, or −1 */
+    bool refracts;       /* its material is a dielectric */
     uint32_t index;      /* into the plan's array of that kind */
     uint32_t object;     /* into plan.objects */
 };
@@ -81,7 +82,8 @@ struct plan_texture {
     double repeat_u, repeat_v;
 };
 
-/* An image and its halvings, each of half the size (rounded up) of the one before. */
+/* An image and its halvings, each of half the size (rounded up) of the one before; none of an image that nothing
+ * wears. */
 enum { MIP_LEVELS_MAX = 17 };
 struct plan_image {
     uint32_t levels;

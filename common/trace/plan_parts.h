@@ -15,6 +15,13 @@ void plan_weld(struct plan *plan, const struct scene *scene);
  * are, rising. Fills plan.ids. */
 void plan_order(struct plan *plan, const uint32_t *order);
 
+/* Fills the plan's lights with those of the scene that add something to some surface, in their order. The plan's
+ * primitives, objects and materials must be there. */
+void plan_lights_build(struct plan *plan, const struct scene *scene);
+
+/* A light as the plan keeps it. */
+struct plan_light plan_light_compile(const struct light *light, struct vec3 eye);
+
 /* Whether boxes around two dielectric objects overlap, where what is nearer than COINCIDENCE touches. The plan's
  * primitives must be set. */
 bool plan_walls_may_touch(const struct plan *plan);

@@ -67,6 +67,7 @@ static void add_primitive(struct plan *plan, uint32_t object, enum primitive_kin
         .kind = (uint8_t)kind,
         .blocks_light = !material->transmits,
         .flat_axis = flat_axis,
+        .refracts = material->dielectric,
         .index = (uint32_t)plan->count[kind]++,
         .object = object,
     };

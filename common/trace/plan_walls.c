@@ -5,17 +5,6 @@
 #include "trace/bounds.h"
 #include "trace/plan_parts.h"
 
-/* A box around all of an object, whose shape is closed, so that it has one. */
-static struct bounds bounds_of_object(const struct plan *plan, size_t object)
-{
-    size_t end = object + 1 < plan->object_count ? plan->objects[object + 1].first_primitive : plan->primitive_count;
-    struct bounds all = {0}, one;
-    for (size_t id = plan->objects[object].first_primitive; id < end; id++)
-        if (bounds_of_primitive(plan, (uint32_t)id, &one))
-            all = id == plan->objects[object].first_primitive ? one : bounds_join(&all, &one);
-    return all;
-}
-
 /* By COINCIDENCE of the coordinates' size. */
 static struct bounds grown(struct bounds box)
 {
@@ -46,9 +35,10 @@ bool plan_walls_may_touch(const struct plan *plan)
 {
     struct bounds *boxes = memory_array(plan->object_count, sizeof *boxes);
     size_t count = 0;
-    for (size_t i = 0; i < plan->object_count; i++)
-        if (plan->materials[plan->objects[i].material].dielectric)
-            boxes[count++] = grown(bounds_of_object(plan, i));
+    struct bounds box;
+    for (size_t i = 0; i < plan->object_count; i++) /* what is closed, as dielectrics are, has a box */
+        if (plan->materials[plan->objects[i].material].dielectric && bounds_of_object(plan, i, &box))
+            boxes[count++] = grown(box);
     qsort(boxes, count, sizeof *boxes, compare_by_low_x);
     bool overlap = any_overlap(boxes, count);
     free(boxes);

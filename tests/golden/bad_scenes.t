@@ -1,15 +1,19 @@
 #!/bin/bash
-# Every scene in scenes/bad/ is refused with exit status 3 and exactly the sentence in the .expected file
-# beside it. BLESS=1 rewrites those files; read the difference before you commit it.
+# Every scene in scenes/bad/ is refused with exit status 3 and exactly the sentence in the .expected file beside it;
+# where images are broken by `weft render` too, which unlike `weft check` does not keep them. BLESS=1 rewrites those
+# files; read the difference before you commit it.
 weft=${WEFT_BUILD:-build}/weft
 scenes=(scenes/bad/*.json scenes/bad/*.nff)
 said=$(mktemp)
 trap 'rm -f "$said"' EXIT
 
-# check SCENE: prints why it was not refused as expected, or nothing.
+broken_images=(scenes/bad/{broken-texture,texture-is-no-png,texture-is-a-folder}.json
+    scenes/bad/{missing-texture,mesh-obj-missing-texture}.json)
+
+# check COMMAND SCENE: prints why it was not refused as expected, or nothing.
 check() {
-    local expected=${1%.*}.expected status=0
-    "$weft" check "$1" >/dev/null 2>"$said" || status=$?
+    local expected=${2%.*}.expected status=0
+    "$weft" "$1" "$2" >/dev/null 2>"$said" || status=$?
     if [ "$status" -ne 3 ]; then
         echo "# expected exit status 3, found $status"
     elif [ -n "${BLESS:-}" ]; then
@@ -18,18 +22,25 @@ check() {
     diff "$expected" "$said" 2>&1 | sed 's/^/# /'
 }
 
-echo "1..${#scenes[@]}"
 number=0
 failed=0
-for scene in "${scenes[@]}"; do
-    number=$((number + 1))
-    trouble=$(check "$scene")
-    if [ -n "$trouble" ]; then
-        failed=$((failed + 1))
-        echo "not ok $number - $scene"
-        echo "$trouble"
-    else
-        echo "ok $number - $scene"
-    fi
-done
+test_scenes() { # COMMAND SCENE...
+    local scene trouble command=$1
+    shift
+    for scene in "$@"; do
+        number=$((number + 1))
+        trouble=$(check "$command" "$scene")
+        if [ -n "$trouble" ]; then
+            failed=$((failed + 1))
+            echo "not ok $number - $command $scene"
+            echo "$trouble"
+        else
+            echo "ok $number - $command $scene"
+        fi
+    done
+}
+
+echo "1..$((${#scenes[@]} + ${#broken_images[@]}))"
+test_scenes check "${scenes[@]}"
+test_scenes render "${broken_images[@]}"
 [ "$failed" -eq 0 ]
