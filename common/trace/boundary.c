@@ -29,7 +29,7 @@ static struct crossing crossing_at(const struct hit_batch *hits, size_t index, u
 
 static bool is_wall(const struct plan *plan, uint32_t id)
 {
-    return id != PRIMITIVE_NONE && plan->primitives[id].refracts;
+    return id != PRIMITIVE_NONE && (plan->primitives[id].traits & TRAIT_REFRACTS);
 }
 
 static void replace_hit(struct hit_batch *hits, const struct crossing *by)

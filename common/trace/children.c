@@ -142,9 +142,9 @@ void transmitted_collect(struct transmitted *list, const struct plan *plan, stru
 {
     list->count = 0;
     transmitted_reserve(list, surfaces->count);
-    for (uint32_t path = 0; path < paths->rays.count && plan->transmits; path++) {
+    for (uint32_t path = 0; path < paths->rays.count && (surfaces->traits & TRAIT_TRANSMITS); path++) {
         uint32_t i = surfaces->of_path[path];
-        if (i == SURFACE_NONE || !plan->materials[surfaces->material[i]].transmits)
+        if (i == SURFACE_NONE || !(plan->materials[surfaces->material[i]].traits & TRAIT_TRANSMITS))
             continue;
         struct hit hit = surfaces_hit(surfaces, i);
         struct crossing only = {hit.t, path, hit.id, (uint8_t)hit.side};
@@ -183,13 +183,15 @@ void children_choose(struct mirrored *mirrored, struct transmitted *transmitted,
     size_t next = 0;
     mirrored->count = transmitted->count = 0;
     mirrored_reserve(mirrored, surfaces->count);
-    for (size_t path = 0; path < path_count && (plan->mirrors || plan->transmits); path++) {
+    for (size_t path = 0; path < path_count; path++) {
         uint32_t i = surfaces->of_path[path];
-        const struct plan_material *material = &plan->materials[i == SURFACE_NONE ? 0 : surfaces->material[i]];
-        if (i == SURFACE_NONE || !(material->mirrors || material->transmits))
+        if (i == SURFACE_NONE)
+            continue;
+        const struct plan_material *material = &plan->materials[surfaces->material[i]];
+        if (!(material->traits & (TRAIT_MIRRORS | TRAIT_TRANSMITS)))
             continue;
         struct vec3 share = material->reflection;
-        if (material->transmits) {
+        if (material->traits & TRAIT_TRANSMITS) {
             double mirrored_share = transmitted->reflectance[next];
             if (material->dielectric)
                 share = vec3_make(mirrored_share, mirrored_share, mirrored_share);

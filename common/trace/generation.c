@@ -20,10 +20,14 @@ void generation_find_hits(struct generation *g)
 {
     hit_batch_reserve(&g->hits, g->paths.rays.count);
     g->kernel->closest(g->plan, &g->paths.rays, &g->hits);
-    if (g->plan->transmits)
-        boundary_batch_pass_start(&g->boundaries, g->plan, g->kernel, &g->media, &g->paths, &g->hits);
+    g->boundaries.walls.count = 0;
+    surfaces_count(&g->surfaces, g->plan, &g->hits, g->paths.rays.count);
+    if (!(g->surfaces.traits & TRAIT_REFRACTS))
+        return;
+    boundary_batch_pass_start(&g->boundaries, g->plan, g->kernel, &g->media, &g->paths, &g->hits);
     if (g->plan->walls_may_touch)
         boundary_batch_find(&g->boundaries, g->plan, g->kernel, &g->paths.rays, &g->hits);
+    surfaces_count(&g->surfaces, g->plan, &g->hits, g->paths.rays.count);
 }
 
 /* --- surfaces --------------------------------------------------------------------------------------------- */
@@ -68,23 +72,34 @@ static void widen_boundaries(struct generation *g)
     }
 }
 
-void generation_find_surfaces(struct generation *g)
+/* Whether footprints decide what the paths see. */
+static bool needs_footprints(const struct generation *g)
+{
+    bool meets_image = g->plan->background.kind == BACKGROUND_IMAGE && g->surfaces.count < g->paths.rays.count;
+    return meets_image || (g->surfaces.traits & TRAIT_TEXTURED);
+}
+
+bool generation_find_surfaces(struct generation *g)
 {
     const struct plan *plan = g->plan;
-    surfaces_sort(&g->surfaces, plan, &g->hits, g->paths.rays.count);
+    surfaces_sort(&g->surfaces, g->paths.rays.count);
     g->kernel->collect(plan, &g->paths, &g->hits, &g->surfaces);
+    g->used_footprints = needs_footprints(g);
+    if (g->used_footprints && !g->paths.has_footprints)
+        return false;
     g->kernel->surface(plan, &g->paths, &g->surfaces);
     if (plan->is_smooth)
         surfaces_smooth(&g->surfaces, plan, &g->paths);
     g->kernel->face(&g->surfaces);
-    if (plan->is_textured) {
+    if (g->used_footprints) {
         surfaces_find_textures(&g->surfaces, plan, &g->paths);
         g->kernel->pattern(plan, &g->surfaces);
         surfaces_look_up(&g->surfaces, plan);
     }
-    if (plan->absorbs)
+    if (plan->absorbs && g->media.count > 0)
         absorb(g);
     widen_boundaries(g);
+    return true;
 }
 
 /* --- children --------------------------------------------------------------------------------------------- */
@@ -92,6 +107,9 @@ void generation_find_surfaces(struct generation *g)
 void generation_find_children(struct generation *g)
 {
     path_batch_clear(&g->children);
+    g->children.has_footprints = g->paths.has_footprints;
+    if (!(g->surfaces.traits & (TRAIT_MIRRORS | TRAIT_TRANSMITS)))
+        return;
     transmitted_collect(&g->transmitted, g->plan, &g->media, &g->paths, &g->surfaces, &g->boundaries);
     g->kernel->refract(g->plan, &g->surfaces, &g->transmitted);
     children_choose(&g->mirrored, &g->transmitted, g->plan, &g->surfaces, g->paths.rays.count);

@@ -19,15 +19,17 @@ struct generation {
     struct surfaces surfaces;
     struct mirrored mirrored;
     struct transmitted transmitted;
+    bool used_footprints; /* it meets textures, which average over footprints */
 };
 
 void generation_finish(struct generation *generation);
 
-/* What the paths hit: hits and boundaries. */
+/* What the paths hit: hits, boundaries, and how many surfaces there are. */
 void generation_find_hits(struct generation *generation);
 
-/* Points, normals, colours and throughputs of all that was hit. */
-void generation_find_surfaces(struct generation *generation);
+/* Points, normals, colours and throughputs of all that was hit. Returns false, with nothing found, if the paths lack
+ * the footprints that this takes. */
+bool generation_find_surfaces(struct generation *generation);
 
 /* The children: first the mirrored paths, then the transmitted ones, each in the order of their parents. */
 void generation_find_children(struct generation *generation);

@@ -218,11 +218,12 @@ void shadow_batch_dim(struct shadow_batch *batch, const struct plan *plan, const
     for (size_t i = 0; i < batch->rays.count; i++)
         if (batch->blocked[i])
             lane_put(lighting->radiance, batch->surface[i], vec3_make(0, 0, 0));
-    if (crossings->count == 0 && !plan->absorbs)
+    bool absorbs = plan->absorbs && media->count > 0;
+    if (crossings->count == 0 && !absorbs)
         return;
     sort_by_ray(batch, crossings);
     for (size_t i = 0; i < batch->rays.count; i++) {
-        uint32_t medium = plan->absorbs ? paths->medium[surfaces->path[batch->surface[i]]] : MEDIUM_SPACE;
+        uint32_t medium = absorbs ? paths->medium[surfaces->path[batch->surface[i]]] : MEDIUM_SPACE;
         if (!batch->blocked[i])
             dim_by_run(batch, plan, media, medium, i, lighting);
     }

@@ -26,6 +26,13 @@ static void build_camera(struct plan *plan, const struct camera *camera)
     plan->camera.corner = vec3_add_scaled(corner, plan->camera.down, -0.5 * plan->settings.height);
 }
 
+/* A pattern whose colours are equal is none. */
+static bool is_constant(const struct texture *texture)
+{
+    return texture->kind == TEXTURE_CONSTANT ||
+           (texture->kind != TEXTURE_IMAGE && vec3_is_zero(vec3_sub(texture->color[0], texture->color[1])));
+}
+
 static struct plan_material compile_material(const struct material *from)
 {
     struct plan_material to = {
@@ -42,8 +49,10 @@ static struct plan_material compile_material(const struct material *from)
         .dielectric = from->ior > 0,
         .absorbs = from->ior > 0 && !vec3_is_zero(from->absorption),
     };
-    to.mirrors = !vec3_is_zero(from->reflection);
-    to.transmits = to.dielectric || (from->transparency > 0 && !vec3_is_zero(from->filter));
+    bool mirrors = !vec3_is_zero(from->reflection);
+    bool transmits = to.dielectric || (from->transparency > 0 && !vec3_is_zero(from->filter));
+    to.traits = (mirrors ? TRAIT_MIRRORS : 0) | (transmits ? TRAIT_TRANSMITS : 0) |
+                (to.dielectric ? TRAIT_REFRACTS : 0) | (is_constant(&from->color) ? 0 : TRAIT_TEXTURED);
     if (!to.dielectric)
         to.surface_share = vec3_sub(vec3_make(1 - from->transparency, 1 - from->transparency, 1 - from->transparency),
                                     from->reflection);
@@ -55,19 +64,9 @@ static void build_materials(struct plan *plan, const struct scene *scene)
     plan->material_count = scene->material_count;
     plan->materials = memory_array(scene->material_count, sizeof *plan->materials);
     for (size_t i = 0; i < scene->material_count; i++) {
-        const struct plan_material *material = &plan->materials[i];
         plan->materials[i] = compile_material(&scene->materials[i]);
-        plan->mirrors |= material->mirrors;
-        plan->transmits |= material->transmits;
-        plan->absorbs |= material->absorbs;
+        plan->absorbs |= plan->materials[i].absorbs;
     }
-}
-
-/* A pattern whose colours are equal is none. */
-static bool is_constant(const struct texture *texture)
-{
-    return texture->kind == TEXTURE_CONSTANT ||
-           (texture->kind != TEXTURE_IMAGE && vec3_is_zero(vec3_sub(texture->color[0], texture->color[1])));
 }
 
 /* Objects share the texture of a material as long as it does not depend on where they are. */
@@ -88,8 +87,8 @@ static void build_textures(struct plan *plan, const struct scene *scene)
         plan->objects[i].texture = (uint32_t)plan->texture_count;
         plan->textures[plan->texture_count++] = plan_texture_compile(texture, object, plan->eye);
     }
-    plan->is_textured = plan->texture_count > scene->material_count;
-    plan->needs_footprints = plan->is_textured || scene->background.kind == BACKGROUND_IMAGE;
+    plan->needs_footprints =
+        plan->texture_count > scene->material_count || scene->background.kind == BACKGROUND_IMAGE;
 }
 
 /* For several threads: one of the plan's images. */

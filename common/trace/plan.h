@@ -32,13 +32,21 @@ enum primitive_kind {
     PRIMITIVE_KINDS,
 };
 
+/* What a surface may do that costs work where it is met. */
+enum material_trait {
+    TRAIT_MIRRORS = 1,
+    TRAIT_TRANSMITS = 2, /* lets light through, straight or refracted */
+    TRAIT_REFRACTS = 4,  /* is a dielectric */
+    TRAIT_TEXTURED = 8,  /* is of more than one colour */
+};
+
 /* Primitives are numbered in the order of the scene's objects; a mesh's triangles follow one another. The
  * number is the id by which ties between hits are settled. */
 struct primitive {
     uint8_t kind;        /* enum primitive_kind */
     bool blocks_light;   /* its material lets nothing through */
     int8_t flat_axis;    /* the coordinate of the object that is constant on it, 0..2, or −1 */
-    bool refracts;       /* its material is a dielectric */
+    uint8_t traits;      /* of its material */
     uint32_t index;      /* into the plan's array of that kind */
     uint32_t object;     /* into plan.objects */
 };
@@ -64,7 +72,8 @@ struct plan_material {
     double ambient, diffuse, shininess, transparency, ior;
     struct vec3 specular, reflection, filter, absorption;
     struct vec3 surface_share; /* 1 − reflection − transparency; 0 for a dielectric */
-    bool highlights, mirrors, transmits, dielectric, absorbs;
+    bool highlights, dielectric, absorbs;
+    uint8_t traits; /* a set of enum material_trait */
 };
 
 /* A coordinate of a texture as a linear function of position: gradient · p + offset. */
@@ -141,10 +150,9 @@ struct plan {
     size_t camera_media_count;
 
     /* What the scene needs at all. */
-    bool is_textured;      /* some surface is not of one colour */
     bool needs_footprints; /* some texture or background is filtered */
     bool is_smooth;        /* some mesh has normals of its own */
-    bool mirrors, transmits, absorbs; /* some material does */
+    bool absorbs;          /* some material does */
     bool walls_may_touch;  /* of two dielectrics: boundary.h is needed */
 };
 

@@ -19,9 +19,9 @@ static void count_object(struct plan_facts *facts, const struct plan *plan, cons
     facts->textured[texture]++;
     facts->folded += texture != scene->materials[object->material].color.kind;
     facts->highlights += material->highlights;
-    facts->mirrors += material->mirrors;
+    facts->mirrors += (material->traits & TRAIT_MIRRORS) != 0;
     facts->dielectric += material->dielectric;
-    facts->transparent += material->transmits && !material->dielectric;
+    facts->transparent += (material->traits & TRAIT_TRANSMITS) && !material->dielectric;
     facts->absorbing += material->absorbs;
     facts->smooth += object->mesh != UINT32_MAX && plan->meshes[object->mesh].normals;
 }

@@ -65,9 +65,9 @@ static void add_primitive(struct plan *plan, uint32_t object, enum primitive_kin
     const struct plan_material *material = &plan->materials[plan->objects[object].material];
     plan->primitives[plan->primitive_count++] = (struct primitive){
         .kind = (uint8_t)kind,
-        .blocks_light = !material->transmits,
+        .blocks_light = !(material->traits & TRAIT_TRANSMITS),
         .flat_axis = flat_axis,
-        .refracts = material->dielectric,
+        .traits = material->traits,
         .index = (uint32_t)plan->count[kind]++,
         .object = object,
     };
@@ -256,7 +256,7 @@ void plan_primitives_build(struct plan *plan, const struct scene *scene)
     for (size_t i = 0; i < scene->object_count; i++) {
         const struct object *from = &scene->objects[i];
         struct placement at = {from->transform, plan->eye, affine_similarity(&from->transform)};
-        bool lets_light_through = plan->materials[from->material].transmits;
+        bool lets_light_through = plan->materials[from->material].traits & TRAIT_TRANSMITS;
         plan->objects[i] = (struct plan_object){.material = (uint32_t)from->material, .mesh = UINT32_MAX,
                                                 .first_primitive = (uint32_t)plan->primitive_count,
                                                 .leave_share = lets_light_through ? COINCIDENCE : 0};

@@ -8,6 +8,7 @@
 #ifndef WEFT_TRACE_RAY_H
 #define WEFT_TRACE_RAY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -76,12 +77,12 @@ void hit_batch_reserve(struct hit_batch *batch, size_t capacity);
 /* The primitive that ray `index` hit, or PRIMITIVE_NONE, and on which side. */
 static inline uint32_t hit_batch_id(const struct hit_batch *hits, size_t index)
 {
-    return hits->key[index] < 0 ? PRIMITIVE_NONE : (uint32_t)((uint64_t)hits->key[index] >> 1);
+    return hits->key[index] < 0 ? PRIMITIVE_NONE : (uint32_t)((int64_t)hits->key[index] >> 1);
 }
 
 static inline enum side hit_batch_side(const struct hit_batch *hits, size_t index)
 {
-    return (uint64_t)hits->key[index] & 1 ? SIDE_LEAVE : SIDE_ENTER;
+    return (int64_t)hits->key[index] & 1 ? SIDE_LEAVE : SIDE_ENTER;
 }
 
 /* --- paths: camera rays and what becomes of them ---------------------------------------------------------- */
@@ -105,6 +106,7 @@ struct path {
  * Arrays as in ray_batch. */
 struct path_batch {
     struct ray_batch rays;
+    bool has_footprints; /* they are followed; else what `footprint` holds means nothing */
     size_t capacity;
     double *throughput[3];
     double *footprint[4][3]; /* the members of struct footprint in turn */

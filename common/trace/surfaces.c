@@ -1,6 +1,7 @@
 #include "trace/surfaces.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "trace/texture.h"
@@ -52,23 +53,31 @@ static void reserve(struct surfaces *s, size_t capacity)
     s->kind = memory_resize(s->kind, s->capacity, sizeof *s->kind);
 }
 
-void surfaces_sort(struct surfaces *s, const struct plan *plan, const struct hit_batch *hits, size_t count)
+void surfaces_count(struct surfaces *s, const struct plan *plan, const struct hit_batch *hits, size_t count)
 {
-    size_t next[PRIMITIVE_KINDS] = {0};
+    size_t of_kind[PRIMITIVE_KINDS] = {0};
     reserve(s, count);
+    s->traits = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t id = hit_batch_id(hits, i);
         s->hit[i] = id;
-        s->kind[i] = id == PRIMITIVE_NONE ? PRIMITIVE_KINDS : plan->primitives[id].kind;
-        if (id != PRIMITIVE_NONE)
-            next[s->kind[i]]++;
+        s->kind[i] = PRIMITIVE_KINDS;
+        if (id == PRIMITIVE_NONE)
+            continue;
+        s->kind[i] = plan->primitives[id].kind;
+        of_kind[s->kind[i]]++;
+        s->traits |= plan->primitives[id].traits;
     }
     s->first[0] = 0;
-    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++) {
-        s->first[kind + 1] = s->first[kind] + next[kind];
-        next[kind] = s->first[kind];
-    }
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+        s->first[kind + 1] = s->first[kind] + of_kind[kind];
     s->count = s->first[PRIMITIVE_KINDS];
+}
+
+void surfaces_sort(struct surfaces *s, size_t count)
+{
+    size_t next[PRIMITIVE_KINDS];
+    memcpy(next, s->first, sizeof next);
     for (size_t i = 0; i < count; i++) {
         s->of_path[i] = SURFACE_NONE;
         if (s->kind[i] == PRIMITIVE_KINDS)
@@ -116,7 +125,7 @@ void surfaces_smooth(struct surfaces *s, const struct plan *plan, const struct p
         struct hit hit = surfaces_hit(s, at);
         struct surface surface = surface_at(plan, &path.ray, &hit);
         lane_put(s->lanes.shading_normal, at, surface.shading_normal);
-        if (!plan->needs_footprints)
+        if (!paths->has_footprints)
             continue;
         struct surface_footprint spread = surface_footprint_at(plan, &path.ray, &path.footprint, &hit, &surface);
         lane_put(s->lanes.spread[2], at, spread.normal_x);

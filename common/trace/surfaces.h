@@ -50,6 +50,7 @@ struct imaged {
 /* All zero is empty. */
 struct surfaces {
     size_t count, capacity;
+    uint8_t traits;                    /* of any of them: a set of enum material_trait */
     size_t first[PRIMITIVE_KINDS + 1]; /* those of kind k: first[k] .. first[k + 1] − 1 */
     uint32_t *path;                    /* index of the path that hit it */
     uint32_t *primitive;               /* into plan.primitives */
@@ -65,8 +66,11 @@ struct surfaces {
 
 void surfaces_finish(struct surfaces *surfaces);
 
-/* Gives each of `count` paths that hit something its surface: sets first, path, primitive and of_path. */
-void surfaces_sort(struct surfaces *surfaces, const struct plan *plan, const struct hit_batch *hits, size_t count);
+/* What `count` paths have hit: sets count, first, traits, and of each path hit and kind. */
+void surfaces_count(struct surfaces *surfaces, const struct plan *plan, const struct hit_batch *hits, size_t count);
+
+/* Once that is counted: gives each of the paths that hit something its surface. Sets path, primitive and of_path. */
+void surfaces_sort(struct surfaces *surfaces, size_t count);
 
 /* Once points and normals are known: the shading normals of smooth meshes, and their change. */
 void surfaces_smooth(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);

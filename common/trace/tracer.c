@@ -23,9 +23,11 @@ struct tracer {
     struct shadow_batch shadows;
     struct crossing_list crossings;
     struct sample_digits *digits; /* of each sample of a pixel */
+    bool follows_footprints;      /* the next batch begins with them */
     /* Of each camera ray. */
     struct vec3 radiance[CAMERA_RAYS_MAX]; /* what has come of it */
     uint32_t row[CAMERA_RAYS_MAX];         /* of the area */
+    uint32_t secondary[CAMERA_RAYS_MAX], shadow[CAMERA_RAYS_MAX]; /* rays that it led to */
     _Alignas(64) double x[CAMERA_RAYS_MAX];
     double y[CAMERA_RAYS_MAX];
     uint32_t pixel_x[CAMERA_RAYS_MAX], pixel_y[CAMERA_RAYS_MAX];
@@ -75,9 +77,8 @@ static uint32_t camera_medium(struct generation *g)
     return medium;
 }
 
-/* Takes `count` camera rays from the cursor on, counts them, and moves it behind them. */
-static void number_rays(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count,
-                        struct ray_counts *counts)
+/* Takes `count` camera rays from the cursor on, and moves it behind them. */
+static void number_rays(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count)
 {
     uint32_t samples = tracer->generation.plan->settings.samples, rows = area->y1 - area->y0;
     for (size_t i = 0; i < count; i++) {
@@ -86,7 +87,6 @@ static void number_rays(struct tracer *tracer, const struct pixel_area *area, st
         tracer->digits_x[i] = tracer->digits[at->sample].x;
         tracer->digits_y[i] = tracer->digits[at->sample].y;
         tracer->row[i] = at->row;
-        counts[at->row].camera++;
         bool pixel_ends = ++at->sample == samples, column_ends = pixel_ends && at->row + 1 == rows;
         at->sample = pixel_ends ? 0 : at->sample;
         at->row = column_ends ? 0 : at->row + pixel_ends;
@@ -94,36 +94,37 @@ static void number_rays(struct tracer *tracer, const struct pixel_area *area, st
     }
 }
 
-static void start_paths(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count,
-                        struct ray_counts *counts)
+/* The paths of the camera rays that have been numbered. */
+static void start_paths(struct tracer *tracer, size_t count)
 {
     struct generation *g = &tracer->generation;
-    number_rays(tracer, area, at, count, counts);
     struct camera_rays rays = {count, g->plan->settings.samples,
                                tracer->pixel_x, tracer->pixel_y, tracer->digits_x, tracer->digits_y,
                                tracer->x, tracer->y};
-    path_batch_clear(&g->paths);
-    g->kernel->camera(g->plan, &rays, &g->paths);
     uint32_t medium = camera_medium(g);
+    path_batch_clear(&g->paths);
+    g->paths.has_footprints = tracer->follows_footprints;
+    g->kernel->camera(g->plan, &rays, &g->paths);
     for (uint32_t i = 0; i < count; i++) {
         g->paths.sample[i] = i;
         g->paths.medium[i] = medium;
         tracer->radiance[i] = vec3_make(0, 0, 0);
+        tracer->secondary[i] = tracer->shadow[i] = 0;
     }
 }
 
 /* --- light ------------------------------------------------------------------------------------------------ */
 
-static void count_shadows(const struct tracer *tracer, struct ray_counts *counts)
+static void count_shadows(struct tracer *tracer)
 {
     const struct generation *g = &tracer->generation;
     const uint32_t *surface = tracer->shadows.surface, *path = g->surfaces.path, *sample = g->paths.sample;
     for (size_t i = 0; i < tracer->shadows.rays.count; i++)
-        counts[tracer->row[sample[path[surface[i]]]]].shadow++;
+        tracer->shadow[sample[path[surface[i]]]]++;
 }
 
 /* Adds to each surface what comes of each light, in the order of the lights. */
-static void add_lights(struct tracer *tracer, struct ray_counts *counts)
+static void add_lights(struct tracer *tracer)
 {
     struct generation *g = &tracer->generation;
     struct shadow_batch *shadows = &tracer->shadows;
@@ -136,7 +137,7 @@ static void add_lights(struct tracer *tracer, struct ray_counts *counts)
         shadow_batch_dim(shadows, g->plan, &g->media, &g->paths, &g->surfaces, &tracer->crossings,
                          &tracer->lighting);
         g->kernel->add_light(&tracer->lighting, &g->surfaces);
-        count_shadows(tracer, counts);
+        count_shadows(tracer);
     }
 }
 
@@ -169,28 +170,63 @@ static void gather(struct tracer *tracer)
     }
 }
 
-static void count_secondary(const struct tracer *tracer, struct ray_counts *counts)
+static void count_secondary(struct tracer *tracer)
 {
     const struct path_batch *paths = &tracer->generation.paths;
     for (size_t i = 0; i < paths->rays.count; i++)
-        counts[tracer->row[paths->sample[i]]].secondary++;
+        tracer->secondary[paths->sample[i]]++;
 }
 
-/* Traces the paths that start_paths made, to the end. */
-static void trace(struct tracer *tracer, struct ray_counts *counts)
+/* Traces the paths that start_paths made, to the end, or returns false where they lack the footprints that they turn out
+ * to need. *used says whether any were needed. */
+static bool trace(struct tracer *tracer, bool *used)
 {
     struct generation *g = &tracer->generation;
+    *used = false;
     for (uint32_t generation = 0; g->paths.rays.count > 0; generation++) {
         generation_find_hits(g);
-        generation_find_surfaces(g);
+        bool found = generation_find_surfaces(g);
+        *used |= g->used_footprints;
+        if (!found)
+            return false;
         g->kernel->ambient(g->plan, &g->surfaces);
-        add_lights(tracer, counts);
+        add_lights(tracer);
         gather(tracer);
         if (generation == g->plan->depth)
             break;
         generation_find_children(g);
         generation_pass(g);
-        count_secondary(tracer, counts);
+        count_secondary(tracer);
+    }
+    return true;
+}
+
+/* Footprints are followed only where textures are met, and then from the camera on: a batch that meets one without them
+ * begins again, and the next ones begin with them for as long as textures are met. */
+static void trace_batch(struct tracer *tracer, size_t count)
+{
+    bool used;
+    start_paths(tracer, count);
+    if (!trace(tracer, &used)) {
+        tracer->follows_footprints = true;
+        start_paths(tracer, count);
+        trace(tracer, &used);
+    }
+    tracer->follows_footprints = used;
+}
+
+/* Adds the batch's first `count` samples, and the rays that they took, to the pixels and rows of the area. */
+static void add_samples(const struct tracer *tracer, const struct pixel_area *area, size_t count, struct vec3 *pixels,
+                        struct ray_counts *counts)
+{
+    size_t width = area->x1 - area->x0;
+    for (size_t i = 0; i < count; i++) {
+        size_t pixel = tracer->pixel_x[i] - area->x0 + tracer->row[i] * width;
+        struct ray_counts *of_row = &counts[tracer->row[i]];
+        pixels[pixel] = vec3_add(pixels[pixel], tracer->radiance[i]);
+        of_row->camera++;
+        of_row->secondary += tracer->secondary[i];
+        of_row->shadow += tracer->shadow[i];
     }
 }
 
@@ -204,12 +240,9 @@ void tracer_area(struct tracer *tracer, const struct pixel_area *area, struct ve
         pixels[i] = vec3_make(0, 0, 0);
     for (uint64_t first = 0; first < total; first += CAMERA_RAYS_MAX) {
         size_t count = total - first < CAMERA_RAYS_MAX ? (size_t)(total - first) : CAMERA_RAYS_MAX;
-        start_paths(tracer, area, &next, count, counts);
-        trace(tracer, counts);
-        for (size_t i = 0; i < count; i++) {
-            size_t pixel = tracer->pixel_x[i] - area->x0 + tracer->row[i] * width;
-            pixels[pixel] = vec3_add(pixels[pixel], tracer->radiance[i]);
-        }
+        number_rays(tracer, area, &next, count);
+        trace_batch(tracer, count);
+        add_samples(tracer, area, count, pixels, counts);
     }
     for (size_t i = 0; i < width * rows; i++)
         pixels[i] = vec3_make(pixels[i].x / samples, pixels[i].y / samples, pixels[i].z / samples);

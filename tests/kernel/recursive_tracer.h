@@ -476,11 +476,11 @@ static void follow(const struct plan *plan, struct walk *walk, unsigned level, u
         follow_dielectric(plan, walk, &view, level, path, findings);
         return;
     }
-    if (view.material->mirrors) {
+    if (view.material->traits & TRAIT_MIRRORS) {
         struct walk child = mirrored(plan, walk, &view, view.material->reflection);
         follow_child(plan, &child, level, path, 0, findings);
     }
-    if (view.material->transmits) {
+    if (view.material->traits & TRAIT_TRANSMITS) {
         struct walk child =
             straight(walk, &view, vec3_scale(view.material->filter, view.material->transparency));
         follow_child(plan, &child, level, path, 1, findings);

@@ -32,6 +32,7 @@ static inline struct generation generation_at(const struct world *world, const s
     hit_batch_reserve(&g.hits, 1);
     g.hits.t[0] = hit->t;
     g.hits.key[0] = (double)hit_key(hit->id, hit->side);
+    surfaces_count(&g.surfaces, g.plan, &g.hits, 1);
     generation_find_surfaces(&g);
     return g;
 }

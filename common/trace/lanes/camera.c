@@ -78,6 +78,6 @@ void LANES_NAME(camera)(const struct plan *plan, const struct camera_rays *rays,
         put_ray(&to.rays, i, vec3_normalize(through(&camera, of.x[i], of.y[i])));
         lane_put(to.throughput, i, vec3_make(1, 1, 1));
     }
-    if (plan->needs_footprints)
+    if (paths->has_footprints)
         put_footprints(&camera, rays, 1 / sqrt(of.samples), paths);
 }

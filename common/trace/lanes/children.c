@@ -63,7 +63,7 @@ static inline __attribute__((always_inline)) void put_mirrored_footprint(const s
              optics_reflect_change(incoming, outward, direction_y, lane_get(s->spread[3], i)));
 }
 
-static inline __attribute__((always_inline)) void put_all_mirrored(const struct plan *plan, bool smooth,
+static inline __attribute__((always_inline)) void put_all_mirrored(bool smooth,
                                                                    const struct path_batch *paths,
                                                                    const struct surfaces *surfaces,
                                                                    const struct mirrored *mirrored,
@@ -77,7 +77,7 @@ static inline __attribute__((always_inline)) void put_all_mirrored(const struct 
     LANES_LOOP
     for (size_t i = 0; i < list.count; i++)
         put_mirrored(&s, surface[i], smooth, lane_get(list.share, i), &to, first + i);
-    if (!plan->needs_footprints)
+    if (!from.has_footprints)
         return;
     LANES_LOOP
     for (size_t i = 0; i < list.count; i++) {
@@ -92,9 +92,9 @@ void LANES_NAME(mirror)(const struct plan *plan, const struct path_batch *paths,
 {
     path_batch_reserve(children, children->rays.count + mirrored->count);
     if (plan->is_smooth)
-        put_all_mirrored(plan, true, paths, surfaces, mirrored, children);
+        put_all_mirrored(true, paths, surfaces, mirrored, children);
     else
-        put_all_mirrored(plan, false, paths, surfaces, mirrored, children);
+        put_all_mirrored(false, paths, surfaces, mirrored, children);
     inherit(paths, surfaces, mirrored->surface, mirrored->count, children);
     children->rays.count += mirrored->count;
 }
@@ -171,7 +171,7 @@ static inline __attribute__((always_inline)) void put_refracted_footprint(
                                    vec3_scale(lane_get(s->spread[3], i), sign)));
 }
 
-static inline __attribute__((always_inline)) void put_all_refracted(const struct plan *plan, bool smooth,
+static inline __attribute__((always_inline)) void put_all_refracted(bool smooth,
                                                                     const struct path_batch *paths,
                                                                     const struct surfaces *surfaces,
                                                                     const struct transmitted *transmitted,
@@ -185,7 +185,7 @@ static inline __attribute__((always_inline)) void put_all_refracted(const struct
     LANES_LOOP
     for (size_t i = 0; i < list.count; i++)
         put_refracted(&s, surface[i], smooth, &list, i, &to, first + i);
-    if (!plan->needs_footprints)
+    if (!from.has_footprints)
         return;
     LANES_LOOP
     for (size_t i = 0; i < list.count; i++) {
@@ -197,7 +197,7 @@ static inline __attribute__((always_inline)) void put_all_refracted(const struct
 
 /* A path that goes straight on keeps its ray, whose next hit must only come after the last wall. */
 static void put_straight(const struct transmitted *list, size_t at, const struct path_batch *paths, size_t path,
-                         bool has_footprint, const struct path_batch *children, size_t to)
+                         const struct path_batch *children, size_t to)
 {
     lane_put(children->rays.origin, to, lane_get(paths->rays.origin, path));
     lane_put(children->rays.direction, to, lane_get(paths->rays.direction, path));
@@ -206,7 +206,7 @@ static void put_straight(const struct transmitted *list, size_t at, const struct
     children->rays.key_min[to] = list->key_last[at];
     children->rays.from[to] = paths->rays.from[path];
     children->rays.inward[to] = paths->rays.inward[path];
-    for (int part = 0; part < 4 && has_footprint; part++)
+    for (int part = 0; part < 4 && paths->has_footprints; part++)
         lane_put(children->footprint[part], to, lane_get(paths->footprint[part], path));
 }
 
@@ -216,14 +216,14 @@ void LANES_NAME(transmit)(const struct plan *plan, const struct path_batch *path
     size_t first = children->rays.count;
     path_batch_reserve(children, first + list->count);
     if (plan->is_smooth)
-        put_all_refracted(plan, true, paths, surfaces, list, children);
+        put_all_refracted(true, paths, surfaces, list, children);
     else
-        put_all_refracted(plan, false, paths, surfaces, list, children);
+        put_all_refracted(false, paths, surfaces, list, children);
     inherit(paths, surfaces, list->surface, list->count, children);
     for (size_t i = 0; i < list->count; i++) {
         children->medium[first + i] = list->medium[i];
         if (list->straight[i] != 0)
-            put_straight(list, i, paths, surfaces->path[list->surface[i]], plan->needs_footprints, children, first + i);
+            put_straight(list, i, paths, surfaces->path[list->surface[i]], children, first + i);
     }
     children->rays.count += list->count;
 }

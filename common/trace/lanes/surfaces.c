@@ -120,7 +120,7 @@ void LANES_NAME(surface)(const struct plan *plan, const struct path_batch *paths
         if (kind == PRIMITIVE_FRUSTUM)
             mark_open_frustums(plan, surfaces);
         find_points[kind](plan, paths, surfaces, first, end);
-        if (plan->needs_footprints)
+        if (paths->has_footprints)
             find_spreads[kind](plan, paths, surfaces, first, end);
     }
 }
