@@ -72,7 +72,13 @@ static void to_floats(struct vec3 v, float out[3])
     out[2] = (float)v.z;
 }
 
-/* Boxes to the nearest floats; what has none gets one that is out of reach. */
+void bvh_item_bound(struct bvh_item *item, const struct bounds *bounds)
+{
+    to_floats(bounds->low, item->low);
+    to_floats(bounds->high, item->high);
+}
+
+/* Boxes; what has none gets one that is out of reach. */
 static void collect_chunk(void *context, size_t chunk)
 {
     struct collection *all = context;
@@ -80,8 +86,7 @@ static void collect_chunk(void *context, size_t chunk)
         struct bvh_item *item = &all->items[id];
         struct bounds bounds = {.high = {INFINITY, INFINITY, INFINITY}};
         bounds_of_primitive(all->plan, (uint32_t)id, &bounds);
-        to_floats(bounds.low, item->low);
-        to_floats(bounds.high, item->high);
+        bvh_item_bound(item, &bounds);
         item->id = (uint32_t)id;
         item->kind = all->plan->primitives[id].kind;
         if (is_within_reach(item))
@@ -141,8 +146,9 @@ static void grow_chunk(void *context, size_t chunk)
 /* --- the tree --------------------------------------------------------------------------------------------- */
 
 /* From items to primitives of each kind, both in the tree's order. */
-static void number_leaves(struct bvh *bvh, const struct collection *all, uint32_t *order)
+static uint32_t *number_leaves(struct bvh *bvh, const struct collection *all)
 {
+    uint32_t *order = memory_array(all->count + bvh->loose_count, sizeof *order);
     uint32_t next[PRIMITIVE_KINDS] = {0}, *index = memory_array(all->count, sizeof *index);
     for (size_t i = 0; i < all->count; i++) {
         order[i] = all->items[i].id;
@@ -155,9 +161,10 @@ static void number_leaves(struct bvh *bvh, const struct collection *all, uint32_
             if (bvh->nodes[i].count[slot] > 0)
                 bvh->nodes[i].child[slot] = index[bvh->nodes[i].child[slot]];
     free(index);
+    return order;
 }
 
-void bvh_build(struct bvh *bvh, const struct plan *plan, uint32_t *order, int threads)
+uint32_t *bvh_build(struct bvh *bvh, const struct plan *plan, int threads, size_t *order_count)
 {
     size_t count = plan->primitive_count, chunks = chunk_count(count);
     struct collection all = {.plan = plan, .count = count};
@@ -166,6 +173,8 @@ void bvh_build(struct bvh *bvh, const struct plan *plan, uint32_t *order, int th
     bvh->loose = memory_array(count, sizeof *bvh->loose);
     parallel_for(threads, chunks, collect_chunk, &all);
     bvh->extent = sort_out(bvh, &all);
+    all.count = bvh_presplit(plan, &all.items, all.count);
+    bvh->repeats = all.count + bvh->loose_count > count;
     all.grow = GROWTH * bvh->extent;
     parallel_for(threads, chunk_count(all.count), grow_chunk, &all);
     bvh->loose = memory_resize(bvh->loose, bvh->loose_count, sizeof *bvh->loose);
@@ -175,9 +184,11 @@ void bvh_build(struct bvh *bvh, const struct plan *plan, uint32_t *order, int th
         bvh_make_nodes(bvh, &builder, all.count);
         free(builder.scratch);
     }
-    number_leaves(bvh, &all, order);
+    *order_count = all.count + bvh->loose_count;
+    uint32_t *order = number_leaves(bvh, &all);
     free(all.items);
     free(all.sizes);
+    return order;
 }
 
 void bvh_finish(struct bvh *bvh)

@@ -9,6 +9,7 @@
 #ifndef WEFT_TRACE_BVH_H
 #define WEFT_TRACE_BVH_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -16,6 +17,7 @@ struct plan;
 
 enum {
     BVH_WIDTH = 8,
+    BVH_LEAF_MAX = 4, /* primitives; with 2, rays test fewer but nodes take twice the memory; with 8, twice as many */
     BVH_DEPTH_MAX = 32,                                 /* nodes on the way from the root to a leaf */
     BVH_STACK_MAX = BVH_DEPTH_MAX * (BVH_WIDTH - 1) + 1, /* nodes that a walk may have to come back to */
 };
@@ -35,14 +37,15 @@ struct bvh {
     size_t node_count;
     uint32_t *loose; /* primitives outside the tree, rising */
     size_t loose_count;
+    bool repeats;  /* some triangles are in several leaves, each of which bounds a piece: they may be met more than once */
     double extent; /* the farthest coordinate of all boxes */
 };
 
 /* Builds the tree of the plan's primitives by the surface area heuristic, on up to `threads` threads; the result does
- * not depend on how many. bvh is empty before; bvh_finish frees it. `order` receives the numbers of all
- * plan.primitive_count primitives in the order of the tree's leaves, then those outside it. The leaves' indices hold
- * once each of the plan's typed arrays is in that order (plan_order). */
-void bvh_build(struct bvh *bvh, const struct plan *plan, uint32_t *order, int threads);
+ * not depend on how many. bvh is empty before; bvh_finish frees it. Returns, for the caller to free, *order_count
+ * numbers of primitives in the order of the tree's leaves, then those outside it: all of them, some more than once. The
+ * leaves' indices hold once each of the plan's typed arrays is in that order (plan_order). */
+uint32_t *bvh_build(struct bvh *bvh, const struct plan *plan, int threads, size_t *order_count);
 void bvh_finish(struct bvh *bvh);
 
 #endif

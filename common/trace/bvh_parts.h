@@ -49,8 +49,14 @@ struct bvh_builder {
     int threads;
 };
 
-/* Primitives. With 2, rays test fewer of them but the nodes take twice the memory; with 8, twice as many. */
-enum { BVH_LEAF_MAX = 4 };
+struct bounds;
+
+/* Sets the item's box, to the nearest floats. */
+void bvh_item_bound(struct bvh_item *item, const struct bounds *bounds);
+
+/* Puts several items, each around a piece, in the place of some triangles, where that makes a better tree. *items may
+ * be replaced by a larger array. Returns how many there are then. */
+size_t bvh_presplit(const struct plan *plan, struct bvh_item **items, size_t count);
 
 /* Boxes and leafness of the items from `first` on. */
 struct bvh_range bvh_range_make(const struct bvh_builder *builder, size_t first, size_t count);

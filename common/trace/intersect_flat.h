@@ -124,6 +124,17 @@ static inline struct roots triangle_roots(const struct triangle *triangle, struc
     return flat_roots(met ? t : NAN, (area.x + area.y + area.z) * shear->winding);
 }
 
+/* Not below 0 where triangle_roots has a root, and seldom elsewhere. */
+static inline double triangle_slack(const struct triangle *triangle, struct vec3 origin, const struct shear *shear)
+{
+    struct vec3 area = edge_areas(sheared(triangle->a, origin, shear), sheared(triangle->b, origin, shear),
+                                  sheared(triangle->c, origin, shear));
+    double least = area.x < area.y ? area.x : area.y, most = area.x > area.y ? area.x : area.y;
+    least = area.z < least ? area.z : least;
+    most = area.z > most ? area.z : most;
+    return least > -most ? least : -most;
+}
+
 /* The barycentric weights (of a, b, c; not negative, sum 1 to rounding) of the point where the ray meets the
  * triangle, which it does. */
 static inline struct vec3 triangle_weights(const struct triangle *triangle, struct vec3 origin,

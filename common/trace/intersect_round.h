@@ -14,6 +14,14 @@ static inline struct roots sphere_roots(const struct sphere *sphere, struct vec3
     return (struct roots){middle - half_chord, middle + half_chord};
 }
 
+/* Not below 0 where sphere_roots has roots. */
+static inline double sphere_slack(const struct sphere *sphere, struct vec3 origin, struct vec3 direction)
+{
+    struct vec3 o = vec3_sub(origin, sphere->center);
+    struct vec3 nearest = vec3_add_scaled(o, direction, -vec3_dot(o, direction));
+    return sphere->radius * sphere->radius - vec3_dot(nearest, nearest);
+}
+
 /* The two roots of a t² + 2 b t + c, not constant, in order, from the discriminant b² − ac; NaN if that is negative.
  * The smaller root comes from c / q, so nothing cancels; but for a ray that starts where it touches the surface, q
  * and c are both rounding errors, and their quotient must not exceed the larger root. */
@@ -102,6 +110,20 @@ static inline double frustum_approach(const struct frustum *frustum, struct vec3
 {
     struct vec3 weighted = vec3_mul(d, vec3_make(1, 1, frustum->balance));
     return -vec3_dot(o, weighted) / vec3_dot(d, weighted);
+}
+
+/* Not below 0 where a ray meets the side, continued without end. */
+static inline double frustum_slack(const struct frustum *frustum, struct vec3 origin, struct vec3 direction)
+{
+    struct vec3 o = mat3_apply(&frustum->frame, vec3_sub(origin, frustum->origin));
+    struct vec3 d = mat3_apply(&frustum->frame, direction);
+    o = vec3_add_scaled(o, d, frustum_approach(frustum, o, d));
+    double rho = frustum->radius + frustum->slope * o.z, delta = frustum->slope * d.z;
+    double a = d.x * d.x + d.y * d.y - delta * delta;
+    double b = o.x * d.x + o.y * d.y - rho * delta;
+    double c = o.x * o.x + o.y * o.y - rho * rho;
+    double discriminant = b * b - a * c;
+    return -a > discriminant ? -a : discriminant;
 }
 
 /* Where a ray is within the side, continued without end, and where between the end planes. */

@@ -76,7 +76,7 @@ struct kernel {
                         struct shadow_batch *shadows);
 
     /* Sets blocked[i] to whether ray i meets anything that blocks light, and appends, in any order, all
-     * crossings of the rays that are not blocked (and perhaps some of blocked ones). */
+     * crossings of the rays that are not blocked (and perhaps some of blocked ones, and some twice: see bvh.h). */
     void (*shadow)(const struct plan *plan, const struct ray_batch *rays, uint8_t *blocked,
                    struct crossing_list *crossings);
 

@@ -8,6 +8,7 @@
 #ifndef WEFT_TRACE_LANES_H
 #define WEFT_TRACE_LANES_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #if defined(__AVX__) || defined(__SSE2__)
@@ -45,6 +46,45 @@ static inline uint32_t lanes_at_most(const float *a, const float *b)
         mask |= (uint32_t)(a[i] <= b[i]) << i;
     return mask;
 #endif
+}
+
+/* Bit i: whether a[i] is not below 0, for eight doubles, 64-byte aligned; that of NaN is set. */
+static inline uint32_t lanes_not_negative(const double *a)
+{
+#if defined(__AVX512F__)
+    return _mm512_cmp_pd_mask(_mm512_load_pd(a), _mm512_setzero_pd(), _CMP_NLT_UQ);
+#elif defined(__AVX__)
+    const __m256d zero = _mm256_setzero_pd();
+    uint32_t low = (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(_mm256_load_pd(a), zero, _CMP_NLT_UQ));
+    return low | (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(_mm256_load_pd(a + 4), zero, _CMP_NLT_UQ)) << 4;
+#else
+    uint32_t mask = 0;
+    for (int i = 0; i < 8; i++)
+        mask |= (uint32_t) !(a[i] < 0) << i;
+    return mask;
+#endif
+}
+
+/* The first 4 × blocks doubles of four structs that lie `stride` doubles apart, turned so that to[f][k] is number f of
+ * struct k; `to` is 32-byte aligned. */
+static inline void lanes_transpose(const double *from, size_t stride, int blocks, double (*to)[4])
+{
+    for (int block = 0; block < blocks; block++, from += 4, to += 4) {
+#if defined(__AVX__)
+        __m256d a = _mm256_loadu_pd(from), b = _mm256_loadu_pd(from + stride);
+        __m256d c = _mm256_loadu_pd(from + 2 * stride), d = _mm256_loadu_pd(from + 3 * stride);
+        __m256d ab0 = _mm256_unpacklo_pd(a, b), ab1 = _mm256_unpackhi_pd(a, b);
+        __m256d cd0 = _mm256_unpacklo_pd(c, d), cd1 = _mm256_unpackhi_pd(c, d);
+        _mm256_store_pd(to[0], _mm256_permute2f128_pd(ab0, cd0, 0x20));
+        _mm256_store_pd(to[1], _mm256_permute2f128_pd(ab1, cd1, 0x20));
+        _mm256_store_pd(to[2], _mm256_permute2f128_pd(ab0, cd0, 0x31));
+        _mm256_store_pd(to[3], _mm256_permute2f128_pd(ab1, cd1, 0x31));
+#else
+        for (int f = 0; f < 4; f++)
+            for (size_t k = 0; k < 4; k++)
+                to[f][k] = from[k * stride + (size_t)f];
+#endif
+    }
 }
 
 #endif

@@ -82,8 +82,9 @@ static bool is_met_before(const struct crossing *a, const struct crossing *b)
     return a->t != b->t ? a->t < b->t : hit_key(a->id, a->side) < hit_key(b->id, b->side);
 }
 
-/* One ray's crossings, which are few, in the order in which it meets them. */
-static void sort_run(struct crossing *run, size_t count)
+/* One ray's crossings, which are few, in the order in which it meets them. Returns how many are left without what is
+ * there twice. */
+static size_t sort_run(struct crossing *run, size_t count)
 {
     for (size_t i = 1; i < count; i++) {
         struct crossing crossing = run[i];
@@ -92,6 +93,11 @@ static void sort_run(struct crossing *run, size_t count)
             run[at] = run[at - 1];
         run[at] = crossing;
     }
+    size_t kept = count > 0;
+    for (size_t i = 1; i < count; i++)
+        if (is_met_before(&run[kept - 1], &run[i]))
+            run[kept++] = run[i];
+    return kept;
 }
 
 /* Sorts a kernel's crossings by ray: a counting sort. */
@@ -205,7 +211,7 @@ static void dim_by_run(struct shadow_batch *batch, const struct plan *plan, cons
     struct crossing *run = batch->crossings + batch->end[i];
     if (count == 0 && medium == MEDIUM_SPACE)
         return;
-    sort_run(run, count);
+    count = sort_run(run, count);
     struct ray ray = ray_batch_get(&batch->rays, i);
     struct vec3 around = absorbed_around(plan, media, medium, &ray, run, count);
     dim(lighting, batch->surface[i], vec3_mul(around, run_transmittance(plan, &ray, run, count)));

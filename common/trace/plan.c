@@ -181,12 +181,12 @@ enum { TREE_PRIMITIVES_MIN = 8 };
 static void build_tree(struct plan *plan, int threads)
 {
     if (plan->primitive_count < TREE_PRIMITIVES_MIN) {
-        plan_order(plan, NULL);
+        plan_order(plan, NULL, plan->primitive_count);
         return;
     }
-    uint32_t *order = memory_array(plan->primitive_count, sizeof *order);
-    bvh_build(&plan->bvh, plan, order, threads);
-    plan_order(plan, order);
+    size_t count;
+    uint32_t *order = bvh_build(&plan->bvh, plan, threads, &count);
+    plan_order(plan, order, count);
     free(order);
 }
 

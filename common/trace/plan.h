@@ -134,7 +134,8 @@ struct plan {
     struct box *boxes;
     struct triangle *triangles;
     size_t count[PRIMITIVE_KINDS];  /* of each kind */
-    uint32_t *ids[PRIMITIVE_KINDS]; /* of each kind's elements, which are in the order of the tree's leaves */
+    uint32_t *ids[PRIMITIVE_KINDS]; /* of each kind's elements, which are in the order of the tree's leaves, with copies
+                                     * of what is in several */
 
     struct bvh bvh; /* empty where there are too few primitives for one */
 

@@ -7,19 +7,21 @@
 /* The array with elements in the order of ids, whose primitives still have the old indices. Frees the old one. */
 static void *in_order(const struct plan *plan, void *array, size_t size, const uint32_t *ids, size_t count)
 {
-    char *moved = memory_resize(NULL, count, size);
+    char *moved = memory_array(count + BVH_LEAF_MAX - 1, size);
     for (size_t i = 0; i < count; i++)
         memcpy(moved + i * size, (const char *)array + plan->primitives[ids[i]].index * size, size);
     free(array);
     return moved;
 }
 
-void plan_order(struct plan *plan, const uint32_t *order)
+void plan_order(struct plan *plan, const uint32_t *order, size_t count)
 {
-    size_t next[PRIMITIVE_KINDS] = {0};
+    size_t next[PRIMITIVE_KINDS] = {0}, room[PRIMITIVE_KINDS] = {0};
+    for (size_t i = 0; i < count; i++)
+        room[plan->primitives[order ? order[i] : i].kind]++;
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
-        plan->ids[kind] = memory_array(plan->count[kind], sizeof *plan->ids[kind]);
-    for (size_t i = 0; i < plan->primitive_count; i++) {
+        plan->ids[kind] = memory_array(room[kind], sizeof *plan->ids[kind]);
+    for (size_t i = 0; i < count; i++) {
         uint32_t id = order ? order[i] : (uint32_t)i;
         enum primitive_kind kind = plan->primitives[id].kind;
         plan->ids[kind][next[kind]++] = id;
@@ -27,7 +29,7 @@ void plan_order(struct plan *plan, const uint32_t *order)
     if (!order)
         return;
 #define IN_ORDER(KIND, ARRAY) \
-    plan->ARRAY = in_order(plan, plan->ARRAY, sizeof *plan->ARRAY, plan->ids[KIND], plan->count[KIND])
+    plan->ARRAY = in_order(plan, plan->ARRAY, sizeof *plan->ARRAY, plan->ids[KIND], room[KIND])
     IN_ORDER(PRIMITIVE_SPHERE, spheres);
     IN_ORDER(PRIMITIVE_GLOBE, globes);
     IN_ORDER(PRIMITIVE_ELLIPSOID, ellipsoids);
@@ -38,6 +40,6 @@ void plan_order(struct plan *plan, const uint32_t *order)
     IN_ORDER(PRIMITIVE_TRIANGLE, triangles);
 #undef IN_ORDER
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
-        for (size_t i = 0; i < plan->count[kind]; i++)
+        for (size_t i = 0; i < room[kind]; i++)
             plan->primitives[plan->ids[kind][i]].index = (uint32_t)i;
 }

@@ -11,9 +11,11 @@ void plan_primitives_build(struct plan *plan, const struct scene *scene);
  * The plan's primitives must be there; the tree must not yet. */
 void plan_weld(struct plan *plan, const struct scene *scene);
 
-/* Brings the plan's typed arrays into the order of these primitive numbers, all of them once; NULL: leaves them as they
- * are, rising. Fills plan.ids. */
-void plan_order(struct plan *plan, const uint32_t *order);
+/* Brings the plan's typed arrays into the order of these `count` primitive numbers; NULL: leaves them as they are,
+ * rising. What comes more than once gets as many copies, which plan.count does not count; any of them is as good as
+ * another. Behind its last element each array that is moved has BVH_LEAF_MAX − 1 more that may be read. Fills plan.ids.
+ */
+void plan_order(struct plan *plan, const uint32_t *order, size_t count);
 
 /* Fills the plan's lights with those of the scene that add something to some surface, in their order. The plan's
  * primitives, objects and materials must be there. */

@@ -14,9 +14,9 @@
 static void build_tree(void *context)
 {
     const struct plan *plan = context;
-    uint32_t *order = memory_array(plan->primitive_count, sizeof *order);
     struct bvh bvh = {0};
-    bvh_build(&bvh, plan, order, 1);
+    size_t count;
+    uint32_t *order = bvh_build(&bvh, plan, 1, &count);
     bvh_finish(&bvh);
     free(order);
 }

@@ -136,7 +136,7 @@ static int compare_crossings(const void *left, const void *right)
     return a->side - b->side;
 }
 
-/* Crossings of rays that are not blocked, in an order of their own. */
+/* Crossings of rays that are not blocked, each once, in an order of their own. */
 static size_t sorted(struct crossing_list *list, const uint8_t *blocked)
 {
     size_t count = 0;
@@ -144,7 +144,11 @@ static size_t sorted(struct crossing_list *list, const uint8_t *blocked)
         if (!blocked[list->items[i].ray])
             list->items[count++] = list->items[i];
     qsort(list->items, count, sizeof *list->items, compare_crossings);
-    return count;
+    size_t kept = count > 0;
+    for (size_t i = 1; i < count; i++)
+        if (compare_crossings(&list->items[kept - 1], &list->items[i]) != 0)
+            list->items[kept++] = list->items[i];
+    return kept;
 }
 
 static void test_same_shadows(void **state)

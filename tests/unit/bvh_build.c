@@ -1,5 +1,5 @@
-/* The tree's shape: every primitive is in it once or outside it, in a box that holds it; and the tree is the same
- * whoever builds it. */
+/* The tree's shape: every primitive is in it once or outside it, in a box that holds it, or in pieces; and the tree
+ * is the same whoever builds it. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -240,6 +240,62 @@ static void test_does_not_depend_on_threads(void **state)
     }
 }
 
+/* --- triangles cut into pieces ---------------------------------------------------------------------------- */
+
+enum { TUFT = 3000, NEEDLES = 500 };
+
+/* Small triangles among needles that run across all axes. */
+static struct shape needles(uint32_t object)
+{
+    struct mesh mesh = {.vertex_count = 3 * TUFT, .triangle_count = TUFT};
+    mesh.points = memory_array(mesh.vertex_count, sizeof *mesh.points);
+    mesh.index = memory_array(mesh.vertex_count, sizeof *mesh.index);
+    for (uint32_t i = 0; i < TUFT; i++) {
+        struct vec3 at = vec3_make(i % 10, i / 10 % 10, i / 100 % 10 - 20.0 - object);
+        double length = i < NEEDLES ? 4 + i % 3 : 0.1;
+        mesh.points[3 * i] = at;
+        mesh.points[3 * i + 1] = vec3_add(at, vec3_make(length, 1.1 * length, -0.9 * length));
+        mesh.points[3 * i + 2] = vec3_add(at, vec3_make(0.01, -0.02, 0.015));
+        for (uint32_t corner = 3 * i; corner < 3 * i + 3; corner++)
+            mesh.index[corner] = corner;
+    }
+    return (struct shape){.kind = SHAPE_MESH, .mesh = mesh};
+}
+
+/* Whether a leaf with triangle `id` holds the point. */
+static bool is_held(const struct plan *plan, uint32_t id, struct vec3 p)
+{
+    for (size_t n = 0; n < plan->bvh.node_count; n++)
+        for (int child = 0; child < BVH_WIDTH; child++) {
+            const struct bvh_node *node = &plan->bvh.nodes[n];
+            struct cuboid box = child_box(node, child);
+            bool inside = p.x >= box.low[0] && p.x <= box.high[0] && p.y >= box.low[1] && p.y <= box.high[1] &&
+                          p.z >= box.low[2] && p.z <= box.high[2];
+            for (uint32_t i = 0; inside && i < node->count[child]; i++)
+                if (plan->ids[node->kind[child]][node->child[child] + i] == id)
+                    return true;
+        }
+    return false;
+}
+
+/* Long thin triangles are in several leaves, which together hold all of them. */
+static void test_pieces(void **state)
+{
+    (void)state;
+    struct scene scene = scene_of(1, needles);
+    struct trace_settings settings = settings_of(&scene);
+    struct plan *plan = plan_create(&scene, &settings, 1);
+    const struct vec3 *points = scene.objects[0].shape.mesh.points;
+    assert_true(plan->bvh.repeats);
+    for (uint32_t id = 0; id < TUFT; id += id < NEEDLES ? 7 : 97)
+        for (int step = 0; step <= 20; step++) {
+            struct vec3 p = vec3_mix(points[3 * id + step % 2 * 2], points[3 * id + 1], step / 20.0);
+            assert_true(is_held(plan, id, vec3_sub(p, plan->eye)));
+        }
+    plan_destroy(&plan);
+    scene_finish(&scene);
+}
+
 /* The tree of one sphere, which no plan asks for. */
 static void test_one_primitive(void **state)
 {
@@ -247,9 +303,11 @@ static void test_one_primitive(void **state)
     struct scene scene = scene_of(1, equal);
     struct trace_settings settings = settings_of(&scene);
     struct plan *plan = plan_create(&scene, &settings, 1);
-    uint32_t order = 7;
-    bvh_build(&plan->bvh, plan, &order, 2);
-    assert_int_equal(order, 0);
+    size_t count;
+    uint32_t *order = bvh_build(&plan->bvh, plan, 2, &count);
+    assert_int_equal(count, 1);
+    assert_int_equal(order[0], 0);
+    free(order);
     assert_int_equal(plan->bvh.node_count, 1);
     assert_int_equal(plan->bvh.loose_count, 0);
     check_plan(plan);
@@ -309,6 +367,7 @@ int main(void)
         cmocka_unit_test(test_one_primitive),
         cmocka_unit_test(test_what_stays_outside),
         cmocka_unit_test(test_order_moves_whole_primitives),
+        cmocka_unit_test(test_pieces),
     };
     return cmocka_run_group_tests_name("bvh_build", tests, NULL, NULL);
 }
