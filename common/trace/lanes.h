@@ -48,6 +48,51 @@ static inline uint32_t lanes_at_most(const float *a, const float *b)
 #endif
 }
 
+/* The same for sixteen, 64-byte aligned. */
+static inline uint32_t lanes_at_most_16(const float *a, const float *b)
+{
+#if defined(__AVX512F__)
+    return _mm512_cmp_ps_mask(_mm512_load_ps(a), _mm512_load_ps(b), _CMP_LE_OQ);
+#else
+    return lanes_at_most(a, b) | lanes_at_most(a + 8, b + 8) << 8;
+#endif
+}
+
+/* The least and the largest of `count` floats, none of them NaN: a multiple of 16, 64-byte aligned. Compilers do not
+ * take the last steps, across one vector, in vectors. */
+static inline void lanes_range(const float *values, int count, float *least, float *largest)
+{
+#if defined(__AVX__)
+    __m256 low = _mm256_load_ps(values), high = low;
+    for (int i = 8; i < count; i += 8) {
+        __m256 next = _mm256_load_ps(values + i);
+        low = _mm256_min_ps(low, next);
+        high = _mm256_max_ps(high, next);
+    }
+    __m128 l = _mm_min_ps(_mm256_castps256_ps128(low), _mm256_extractf128_ps(low, 1));
+    __m128 h = _mm_max_ps(_mm256_castps256_ps128(high), _mm256_extractf128_ps(high, 1));
+    l = _mm_min_ps(l, _mm_movehl_ps(l, l));
+    h = _mm_max_ps(h, _mm_movehl_ps(h, h));
+    *least = _mm_cvtss_f32(_mm_min_ss(l, _mm_shuffle_ps(l, l, 1)));
+    *largest = _mm_cvtss_f32(_mm_max_ss(h, _mm_shuffle_ps(h, h, 1)));
+#else
+    float low[4], high[4];
+    for (int i = 0; i < 4; i++)
+        low[i] = high[i] = values[i];
+    for (int base = 4; base < count; base += 4)
+        LANES_LOOP
+        for (int i = 0; i < 4; i++) {
+            low[i] = values[base + i] < low[i] ? values[base + i] : low[i];
+            high[i] = values[base + i] > high[i] ? values[base + i] : high[i];
+        }
+    *least = *largest = values[0];
+    for (int i = 0; i < 4; i++) {
+        *least = low[i] < *least ? low[i] : *least;
+        *largest = high[i] > *largest ? high[i] : *largest;
+    }
+#endif
+}
+
 /* Bit i: whether a[i] is not below 0, for eight doubles, 64-byte aligned; that of NaN is set. */
 static inline uint32_t lanes_not_negative(const double *a)
 {

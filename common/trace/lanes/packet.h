@@ -34,7 +34,8 @@ struct packet {
     _Alignas(64) double reach[PACKET_RAYS];
     struct {
         _Alignas(64) double axis[PACKET_RAYS], x[PACKET_RAYS], y[PACKET_RAYS], winding[PACKET_RAYS];
-    } shear; /* only where the plan has triangles */
+    } shear;
+    bool is_sheared; /* `shear` is there: from the packet's first triangle on */
     /* For boxes, in float: rays begin at `start` and what is of interest lies within near..far from there. */
     _Alignas(64) double start[PACKET_RAYS];
     _Alignas(64) float box_origin[3][PACKET_RAYS], inverse[3][PACKET_RAYS];
@@ -62,8 +63,8 @@ static inline struct window packet_window(const struct packet *p, int i)
 
 /* --- setting out ------------------------------------------------------------------------------------------ */
 
-/* Twice the error of float arithmetic in a slab test: three roundings of half a unit each, and those of the rays'
- * own conversion. */
+/* More than twice the error of float arithmetic in a slab test: three roundings of half a unit each, and those of the
+ * rays' own conversion, two of them in `inverse`. */
 #define BOX_SLACK 0x1p-20f
 
 /* The far end in float, not below its value. */
@@ -79,31 +80,10 @@ static inline void packet_update_far(struct packet *p, int base)
         p->far[i] = packet_far(p->t[i], p->start[i]);
 }
 
-/* The least and the largest of 64 floats. */
-static inline void packet_range(const float *values, float *least, float *largest)
-{
-    _Alignas(64) float low[16], high[16];
-    for (int i = 0; i < 16; i++)
-        low[i] = high[i] = values[i];
-    for (int base = 16; base < PACKET_RAYS; base += 16)
-        LANES_LOOP
-        for (int i = 0; i < 16; i++) {
-            low[i] = values[base + i] < low[i] ? values[base + i] : low[i];
-            high[i] = values[base + i] > high[i] ? values[base + i] : high[i];
-        }
-    for (int half = 8; half > 0; half /= 2)
-        for (int i = 0; i < half; i++) {
-            low[i] = low[i + half] < low[i] ? low[i + half] : low[i];
-            high[i] = high[i + half] > high[i] ? high[i + half] : high[i];
-        }
-    *least = low[0];
-    *largest = high[0];
-}
-
 static inline float packet_largest_far(const struct packet *p)
 {
     float least, largest;
-    packet_range(p->far, &least, &largest);
+    lanes_range(p->far, PACKET_RAYS, &least, &largest);
     return largest;
 }
 
@@ -111,8 +91,8 @@ static inline void packet_find_bounds(struct packet *p)
 {
     for (int axis = 0; axis < 3; axis++) {
         struct packet_bounds *b = &p->bounds[axis];
-        packet_range(p->box_origin[axis], &b->origin_low, &b->origin_high);
-        packet_range(p->inverse[axis], &b->inverse_low, &b->inverse_high);
+        lanes_range(p->box_origin[axis], PACKET_RAYS, &b->origin_low, &b->origin_high);
+        lanes_range(p->inverse[axis], PACKET_RAYS, &b->inverse_low, &b->inverse_high);
         b->sign = b->inverse_low > 0 && b->inverse_high < INFINITY ? 1
                   : b->inverse_high < 0 && b->inverse_low > -INFINITY ? -1 : 0;
     }
@@ -120,24 +100,39 @@ static inline void packet_find_bounds(struct packet *p)
 
 /* A ray that comes from far off starts, for the boxes, where it comes near the tree: floats are too coarse for its own
  * origin. Whatever is within `extent`, the tree's farthest coordinate, has at least this distance from it. */
-static inline void packet_prepare_boxes(struct packet *p, double extent)
+static inline void packet_find_starts(struct packet *p, double extent)
 {
+    _Alignas(64) float reach[PACKET_RAYS], least, largest;
+    LANES_LOOP
+    for (int i = 0; i < PACKET_RAYS; i++) {
+        p->start[i] = 0;
+        reach[i] = (float)p->reach[i];
+    }
+    lanes_range(reach, PACKET_RAYS, &least, &largest);
+    if (largest < 1.15 * extent) /* below 2 / √3: no origin is beyond 2 extent */
+        return;
     LANES_LOOP
     for (int i = 0; i < PACKET_RAYS; i++) {
         double beyond = vec3_length(packet_origin(p, i)) - 2 * extent;
-        double start = beyond > 0 ? beyond : 0;
-        double ox = p->origin[0][i] + start * p->direction[0][i], oy = p->origin[1][i] + start * p->direction[1][i];
-        double oz = p->origin[2][i] + start * p->direction[2][i];
-        p->start[i] = start;
-        p->box_origin[0][i] = (float)ox;
-        p->box_origin[1][i] = (float)oy;
-        p->box_origin[2][i] = (float)oz;
+        p->start[i] = beyond > 0 ? beyond : 0;
+    }
+}
+
+static inline void packet_prepare_boxes(struct packet *p, double extent)
+{
+    packet_find_starts(p, extent);
+    LANES_LOOP
+    for (int i = 0; i < PACKET_RAYS; i++) {
+        double start = p->start[i];
+        p->box_origin[0][i] = (float)(p->origin[0][i] + start * p->direction[0][i]);
+        p->box_origin[1][i] = (float)(p->origin[1][i] + start * p->direction[1][i]);
+        p->box_origin[2][i] = (float)(p->origin[2][i] + start * p->direction[2][i]);
     }
     LANES_LOOP
     for (int i = 0; i < PACKET_RAYS; i++) {
-        p->inverse[0][i] = (float)(1 / p->direction[0][i]);
-        p->inverse[1][i] = (float)(1 / p->direction[1][i]);
-        p->inverse[2][i] = (float)(1 / p->direction[2][i]);
+        p->inverse[0][i] = 1 / (float)p->direction[0][i];
+        p->inverse[1][i] = 1 / (float)p->direction[1][i];
+        p->inverse[2][i] = 1 / (float)p->direction[2][i];
         p->near[i] = (float)(p->t_min[i] - p->start[i]) * (1 - BOX_SLACK);
         p->far[i] = packet_far(p->t[i], p->start[i]);
     }
@@ -158,6 +153,9 @@ static inline void packet_silence(struct packet *p, int count)
 
 static inline void packet_prepare_shear(struct packet *p)
 {
+    if (p->is_sheared)
+        return;
+    p->is_sheared = true;
     LANES_LOOP
     for (int i = 0; i < PACKET_RAYS; i++) {
         struct shear shear = shear_of(packet_direction(p, i));
@@ -189,8 +187,7 @@ static inline void packet_start(struct packet *p, const struct plan *plan, const
         key[i] = LANE_HIT_NONE;
         p->reach[i] = vec3_max_abs(packet_origin(p, i));
     }
-    if (plan->count[PRIMITIVE_TRIANGLE] > 0)
-        packet_prepare_shear(p);
+    p->is_sheared = false;
     if (plan->bvh.node_count > 0) {
         packet_prepare_boxes(p, plan->bvh.extent);
         packet_silence(p, count);
@@ -227,8 +224,7 @@ static inline uint64_t packet_meets(const struct packet *p, const struct bvh_nod
             enter[i] = p->near[r] > e ? p->near[r] : e;
             leave[i] = p->far[r] < l ? p->far[r] : l;
         }
-        uint64_t found = lanes_at_most(enter, leave) | (uint64_t)lanes_at_most(enter + 8, leave + 8) << 8;
-        met |= found << base;
+        met |= (uint64_t)lanes_at_most_16(enter, leave) << base;
     }
     return met & lanes;
 }

@@ -192,6 +192,8 @@ static inline __attribute__((always_inline)) void take_primitive(struct packet *
 
 static void take_leaf(struct packet *p, const struct plan *plan, int kind, size_t first, size_t count, uint64_t lanes)
 {
+    if (kind == PRIMITIVE_TRIANGLE)
+        packet_prepare_shear(p);
     for (size_t index = first; index < first + count; index++)
         take_primitive(p, plan, kind, index, lanes, -1);
     for (; lanes; lanes &= ~(UINT64_C(0xff) << first_group(lanes)))
@@ -219,6 +221,8 @@ static uint32_t may_meet_any(const struct packet *p, const struct plan *plan, in
 
 static void take_leaf_one(struct packet *p, const struct plan *plan, int kind, size_t first, size_t count, int ray)
 {
+    if (kind == PRIMITIVE_TRIANGLE)
+        packet_prepare_shear(p);
     for (uint32_t met = may_meet_any(p, plan, kind, first, count, ray); met; met &= met - 1)
         take_primitive(p, plan, kind, first + (size_t)__builtin_ctz(met), 0, ray);
     p->far[ray] = packet_far(p->t[ray], p->start[ray]);
