@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "trace/shade.h"
+#include "trace/children.h"
 
 static const char head[] =
     "#version 3.7;\n"
