@@ -1,6 +1,6 @@
 /* The nearest hits of rays, packet by packet. */
 #include "trace/lanes/exports.h"
-#include "trace/lanes/take.h"
+#include "trace/lanes/walk.h"
 
 LANES_DECLARE_THESE(LANES_SUFFIX);
 
@@ -29,6 +29,6 @@ void LANES_NAME(closest)(const struct plan *plan, const struct ray_batch *rays, 
     for (size_t first = 0; first < rays->count; first += PACKET_RAYS) {
         int count = rays->count - first < PACKET_RAYS ? (int)(rays->count - first) : PACKET_RAYS;
         packet_start(&packet, plan, rays, first, count, hits->t + first, hits->key + first);
-        packet_walk_scene(&packet, plan, count, take_leaf, take_leaf_one);
+        packet_walk_scene(&packet, plan, count);
     }
 }

@@ -1,6 +1,6 @@
 /* What stands between points and lights, packet by packet. */
 #include "trace/lanes/exports.h"
-#include "trace/lanes/take.h"
+#include "trace/lanes/walk.h"
 
 LANES_DECLARE_THESE(LANES_SUFFIX);
 
@@ -48,11 +48,12 @@ void LANES_NAME(shadow)(const struct plan *plan, const struct ray_batch *rays, u
                         struct crossing_list *crossings)
 {
     _Alignas(64) double t[PACKET_RAYS], key[PACKET_RAYS];
-    struct packet packet = {.crossings = crossings};
+    struct packet packet;
+    packet.crossings = crossings;
     for (size_t first = 0; first < rays->count; first += PACKET_RAYS) {
         int count = rays->count - first < PACKET_RAYS ? (int)(rays->count - first) : PACKET_RAYS;
         packet_start(&packet, plan, rays, first, count, t, key);
-        packet_walk_scene(&packet, plan, count, take_leaf, take_leaf_one);
+        packet_walk_scene(&packet, plan, count);
         for (int i = 0; i < count; i++)
             blocked[first + (size_t)i] = t[i] == -INFINITY;
     }

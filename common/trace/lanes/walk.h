@@ -1,0 +1,149 @@
+/*
+ * The walk through the tree that brings a packet to the primitives that its rays may meet.
+ *
+ * It is a hybrid: while many rays of a packet go the same way they are tested together, 64 rays against one box; once
+ * only a few are left in a branch, each of them walks it alone, one ray against eight boxes. Either way the tree only
+ * leaves out what no ray can hit, so it cannot change a bit.
+ */
+#ifndef WEFT_TRACE_LANES_WALK_H
+#define WEFT_TRACE_LANES_WALK_H
+
+#include "trace/lanes/take.h"
+
+enum { FEW_RAYS = 6 }; /* so few rays of a packet walk alone (measured) */
+
+struct branch {
+    uint64_t lanes;
+    uint32_t node;
+    float near;
+};
+
+/* Puts a branch on the stack, above `bottom` nearer ones last, and calls for its node; returns the new depth. */
+static inline int stack_insert(struct branch *stack, int bottom, int depth, struct branch branch,
+                               const struct bvh_node *nodes)
+{
+    const char *node = (const char *)&nodes[branch.node];
+    int at = depth;
+    for (size_t line = 0; line < sizeof *nodes; line += 64)
+        __builtin_prefetch(node + line);
+    for (; at > bottom && stack[at - 1].near < branch.near; at--)
+        stack[at] = stack[at - 1];
+    stack[at] = branch;
+    return depth + 1;
+}
+
+/* --- one ray ---------------------------------------------------------------------------------------------- */
+
+/* A ray as boxes see it. */
+struct box_ray {
+    float origin[3], inverse[3], near;
+};
+
+static inline struct box_ray box_ray_of(const struct packet *p, int ray)
+{
+    return (struct box_ray){
+        {p->box_origin[0][ray], p->box_origin[1][ray], p->box_origin[2][ray]},
+        {p->inverse[0][ray], p->inverse[1][ray], p->inverse[2][ray]},
+        p->near[ray],
+    };
+}
+
+/* Which children the ray may meet up to `far`, and where it enters them. */
+static inline uint32_t ray_children(const struct box_ray *ray, float far, const struct bvh_node *node, float *near)
+{
+    _Alignas(32) float leave[BVH_WIDTH];
+    const float start = ray->near, ox = ray->origin[0], oy = ray->origin[1], oz = ray->origin[2];
+    const float ix = ray->inverse[0], iy = ray->inverse[1], iz = ray->inverse[2];
+    const float *x0 = ix < 0 ? node->high[0] : node->low[0], *x1 = ix < 0 ? node->low[0] : node->high[0];
+    const float *y0 = iy < 0 ? node->high[1] : node->low[1], *y1 = iy < 0 ? node->low[1] : node->high[1];
+    const float *z0 = iz < 0 ? node->high[2] : node->low[2], *z1 = iz < 0 ? node->low[2] : node->high[2];
+    LANES_LOOP
+    for (int c = 0; c < BVH_WIDTH; c++) {
+        float ex = (x0[c] - ox) * ix, ey = (y0[c] - oy) * iy, ez = (z0[c] - oz) * iz;
+        float lx = (x1[c] - ox) * ix, ly = (y1[c] - oy) * iy, lz = (z1[c] - oz) * iz;
+        float e = ex > start ? ex : start, l = lx < ly ? lx : ly;
+        e = ey > e ? ey : e;
+        near[c] = ez > e ? ez : e;
+        l = (lz < l ? lz : l) * (1 + BOX_SLACK);
+        leave[c] = far < l ? far : l;
+    }
+    return lanes_at_most(near, leave);
+}
+
+/* (A call of its own: so its numbers stay in registers.) */
+static __attribute__((noinline)) void ray_walk(struct packet *p, const struct plan *plan, int ray, uint32_t root)
+{
+    struct branch stack[BVH_STACK_MAX];
+    const struct box_ray box_ray = box_ray_of(p, ray);
+    int depth = 0;
+    stack[depth++] = (struct branch){0, root, -INFINITY};
+    while (depth > 0) {
+        struct branch at = stack[--depth];
+        if (at.near > p->far[ray])
+            continue;
+        const struct bvh_node *node = &plan->bvh.nodes[at.node];
+        _Alignas(32) float near[BVH_WIDTH];
+        uint32_t children = ray_children(&box_ray, p->far[ray], node, near);
+        for (int bottom = depth; children; children &= children - 1) {
+            int c = __builtin_ctz(children);
+            if (node->count[c] > 0)
+                take_leaf_one(p, plan, node->kind[c], node->child[c], node->count[c], ray);
+            else
+                depth = stack_insert(stack, bottom, depth, (struct branch){0, node->child[c], near[c]},
+                                     plan->bvh.nodes);
+        }
+    }
+}
+
+/* --- a packet --------------------------------------------------------------------------------------------- */
+
+static void packet_walk(struct packet *p, const struct plan *plan, uint64_t lanes)
+{
+    struct branch stack[BVH_STACK_MAX];
+    int depth = 0;
+    stack[depth++] = (struct branch){lanes, 0, -INFINITY};
+    while (depth > 0) {
+        struct branch at = stack[--depth];
+        if (__builtin_popcountll(at.lanes) <= FEW_RAYS) {
+            for (; at.lanes; at.lanes &= at.lanes - 1)
+                ray_walk(p, plan, __builtin_ctzll(at.lanes), at.node);
+            continue;
+        }
+        float far = packet_largest_far(p);
+        if (at.near > far)
+            continue;
+        const struct bvh_node *node = &plan->bvh.nodes[at.node];
+        _Alignas(32) float near[BVH_WIDTH];
+        uint32_t children = packet_children(p, node, far, near);
+        for (int bottom = depth; children; children &= children - 1) {
+            int c = __builtin_ctz(children);
+            uint64_t met = packet_meets(p, node, c, at.lanes);
+            if (!met)
+                continue;
+            if (node->count[c] > 0)
+                take_leaf(p, plan, node->kind[c], node->child[c], node->count[c], met);
+            else
+                depth = stack_insert(stack, bottom, depth, (struct branch){met, node->child[c], near[c]},
+                                     plan->bvh.nodes);
+        }
+    }
+}
+
+/* Brings the packet's first `count` lanes to all primitives of the scene that they may meet. */
+static void packet_walk_scene(struct packet *p, const struct plan *plan, int count)
+{
+    uint64_t lanes = count == PACKET_RAYS ? UINT64_MAX : (UINT64_C(1) << count) - 1;
+    if (plan->bvh.node_count == 0) {
+        for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+            if (plan->count[kind] > 0)
+                take_leaf(p, plan, kind, 0, plan->count[kind], lanes);
+        return;
+    }
+    for (size_t i = 0; i < plan->bvh.loose_count; i++) {
+        const struct primitive *primitive = &plan->primitives[plan->bvh.loose[i]];
+        take_leaf(p, plan, primitive->kind, primitive->index, 1, lanes);
+    }
+    packet_walk(p, plan, lanes);
+}
+
+#endif
