@@ -101,7 +101,7 @@ static void push_boundary_probe(struct boundary_batch *batch, const struct ray_b
                                 const struct hit_batch *hits, const struct crossing *wall)
 {
     double first = hits->t[wall->ray];
-    struct vec3 origin = ray_batch_get(rays, wall->ray).origin;
+    struct vec3 origin = lane_get(rays->origin, wall->ray);
     push_probe(batch, rays, wall, first + boundary_window(origin, first));
 }
 

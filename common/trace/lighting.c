@@ -122,8 +122,8 @@ static struct vec3 surface_factor(const struct plan *plan, const struct ray *ray
         return vec3_scale(material->filter, material->transparency);
     struct hit hit = {crossing->t, crossing->id, crossing->side,
                       plan_part(plan, crossing->id, ray->origin, ray->direction, crossing->side)};
-    struct surface surface = surface_at(plan, ray, &hit);
-    struct vec3 normal = crossing->side == SIDE_ENTER ? surface.normal : vec3_neg(surface.normal);
+    struct vec3 outward = surface_point_at(plan, ray, &hit).normal;
+    struct vec3 normal = crossing->side == SIDE_ENTER ? outward : vec3_neg(outward);
     struct refraction refraction = optics_refraction(ray->direction, normal, 1, material->ior);
     return vec3_scale(material->filter, 1 - refraction.reflectance);
 }

@@ -1,6 +1,5 @@
 #include "trace/surface.h"
 
-#include "trace/surface_shapes.h"
 #include "trace/texture_maps.h"
 
 struct hit hit_at(const struct plan *plan, const struct ray_batch *rays, const struct hit_batch *hits, size_t index)
@@ -65,7 +64,7 @@ static struct surface_point point_on(const struct plan *plan, const struct hit *
     }
 }
 
-static void add_mesh_surface(const struct plan *plan, uint32_t id, const struct ray *ray, struct surface *surface)
+void surface_add_mesh(const struct plan *plan, uint32_t id, const struct ray *ray, struct surface *surface)
 {
     const struct primitive *primitive = &plan->primitives[id];
     const struct plan_mesh *mesh = mesh_of(plan, primitive);
@@ -78,15 +77,19 @@ static void add_mesh_surface(const struct plan *plan, uint32_t id, const struct 
     surface->shading_normal = normals_blend(&normals, surface->weights, surface->normal);
 }
 
+struct surface_point surface_point_at(const struct plan *plan, const struct ray *ray, const struct hit *hit)
+{
+    double leave_share = primitive_leave_share(&plan->primitives[hit->id]);
+    return point_on(plan, hit, surface_near(ray->origin, ray->direction, hit->t, hit->side, leave_share));
+}
+
 struct surface surface_at(const struct plan *plan, const struct ray *ray, const struct hit *hit)
 {
-    const struct primitive *primitive = &plan->primitives[hit->id];
-    struct vec3 near = surface_near(ray->origin, ray->direction, hit->t, hit->side, primitive_leave_share(primitive));
-    struct surface_point on = point_on(plan, hit, near);
+    struct surface_point on = surface_point_at(plan, ray, hit);
     struct surface surface = {
         .position = on.position, .error = on.error, .normal = on.normal, .shading_normal = on.normal};
-    if (primitive->kind == PRIMITIVE_TRIANGLE)
-        add_mesh_surface(plan, hit->id, ray, &surface);
+    if (plan->primitives[hit->id].kind == PRIMITIVE_TRIANGLE)
+        surface_add_mesh(plan, hit->id, ray, &surface);
     return surface;
 }
 

@@ -6,6 +6,7 @@
 
 #include "trace/plan.h"
 #include "trace/ray.h"
+#include "trace/surface_shapes.h"
 #include "trace/texture.h"
 
 struct hit {
@@ -33,7 +34,14 @@ struct surface_footprint {
 /* What ray `index` of a batch hit; id is PRIMITIVE_NONE if nothing. */
 struct hit hit_at(const struct plan *plan, const struct ray_batch *rays, const struct hit_batch *hits, size_t index);
 
-/* The surface where the ray meets primitive hit->id at hit->t. */
+/* The point where the ray meets primitive hit->id at hit->t, and the normal there. */
+struct surface_point surface_point_at(const struct plan *plan, const struct ray *ray, const struct hit *hit);
+
+/* What a mesh's triangle `id`, which the ray meets, adds to its surface, whose normal is known: weights, and
+ * shading_normal if the mesh is smooth. */
+void surface_add_mesh(const struct plan *plan, uint32_t id, const struct ray *ray, struct surface *surface);
+
+/* The whole surface there. */
 struct surface surface_at(const struct plan *plan, const struct ray *ray, const struct hit *hit);
 
 /* Carries a ray's footprint to the surface that it hits at t. */

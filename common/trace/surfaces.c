@@ -121,12 +121,14 @@ void surfaces_smooth(struct surfaces *s, const struct plan *plan, const struct p
     for (size_t at = s->first[PRIMITIVE_TRIANGLE]; at < s->first[PRIMITIVE_TRIANGLE + 1]; at++) {
         if (!plan->meshes[object_of(s, plan, at)->mesh].normals)
             continue;
-        struct path path = path_batch_get(paths, s->path[at]);
-        struct hit hit = surfaces_hit(s, at);
-        struct surface surface = surface_at(plan, &path.ray, &hit);
+        struct ray ray = ray_batch_get(&paths->rays, s->path[at]);
+        struct surface surface = surfaces_get(s, at);
+        surface_add_mesh(plan, s->primitive[at], &ray, &surface);
         lane_put(s->lanes.shading_normal, at, surface.shading_normal);
         if (!paths->has_footprints)
             continue;
+        struct path path = path_batch_get(paths, s->path[at]);
+        struct hit hit = surfaces_hit(s, at);
         struct surface_footprint spread = surface_footprint_at(plan, &path.ray, &path.footprint, &hit, &surface);
         lane_put(s->lanes.spread[2], at, spread.normal_x);
         lane_put(s->lanes.spread[3], at, spread.normal_y);
@@ -142,7 +144,7 @@ static struct vec3 textured(const struct surfaces *s, const struct plan *plan, c
     struct surface_footprint spread = surfaces_spread(s, at);
     if (plan->primitives[hit.id].kind == PRIMITIVE_TRIANGLE) { /* for the weights of its corners */
         struct ray ray = ray_batch_get(&paths->rays, s->path[at]);
-        surface = surface_at(plan, &ray, &hit);
+        surface_add_mesh(plan, hit.id, &ray, &surface);
     }
     return surface_color(plan, &hit, &surface, &spread);
 }
