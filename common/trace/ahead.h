@@ -62,10 +62,11 @@ static inline struct roots roots_ahead(struct roots roots, const struct window *
     return (struct roots){enter < ray->t_max ? enter : INFINITY, leave < ray->t_max ? leave : INFINITY};
 }
 
-/* The nearer of two roots ahead, INFINITY if there is none. */
+/* The nearer of two roots ahead, INFINITY if there is none. Never −0 (which the sum makes 0): it ties with 0, and which
+ * of the two were kept would depend on the order of the search. */
 static inline double roots_nearest(struct roots ahead)
 {
-    return ahead.enter < INFINITY ? ahead.enter : ahead.leave;
+    return (ahead.enter < INFINITY ? ahead.enter : ahead.leave) + 0.0;
 }
 
 /* The key of a root of primitive `id`: of the nearer one. */

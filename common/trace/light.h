@@ -52,14 +52,16 @@ static inline struct light_arrival light_from_point(const struct plan_light *lig
     return light_fallen_off(light, light_way(light, position), 1);
 }
 
-/* 0 outside the outer cone, 1 inside the inner one, smooth between. */
+/* 0 outside the outer cone, 1 inside the inner one, smooth between. s says how far inside; where both cones are the same,
+ * it is ±∞ or, right on them, NaN, which counts as inside. Choices by s, because by the cosine gcc 12 moves the division
+ * into a branch and does not vectorise. */
 static inline double light_spot_share(const struct plan_light *light, struct vec3 to_light)
 {
     double cosine = -vec3_dot(to_light, light->direction);
     double s = (cosine - light->outer_cosine) / (light->inner_cosine - light->outer_cosine);
-    double share = s * s * (3 - 2 * s);
-    share = cosine >= light->inner_cosine ? 1 : share;
-    return cosine < light->outer_cosine ? 0 : share;
+    s = s < 1 ? s : 1;
+    s = s > 0 ? s : 0;
+    return s * s * (3 - 2 * s);
 }
 
 static inline struct light_arrival light_from_spot(const struct plan_light *light, struct vec3 position)

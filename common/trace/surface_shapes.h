@@ -162,7 +162,8 @@ static inline struct surface_point triangle_surface(const struct triangle *trian
     double a = vec3_max_abs(triangle->a), b = vec3_max_abs(triangle->b), c = vec3_max_abs(triangle->c);
     double size = b > a ? b : a;
     size = c > size ? c : size;
-    return (struct surface_point){plane_nearest(&triangle->plane, near), surface_error(size), triangle->plane.normal};
+    const struct plane plane = triangle->plane; /* gcc 12 does not gather through a pointer to a part */
+    return (struct surface_point){plane_nearest(&plane, near), surface_error(size), plane.normal};
 }
 
 /* --- curvature -------------------------------------------------------------------------------------------- */

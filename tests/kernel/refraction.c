@@ -24,10 +24,13 @@ static bool is_near(double a, double b, double tolerance)
 static uint32_t follow_through(const struct plan *plan, struct vec3 origin, struct vec3 direction, int steps,
                                struct ray *out)
 {
-    struct generation g = {.plan = plan, .kernel = &kernel_ref};
+    static struct generation g; /* the same one every time, so that its arrays need not grow anew */
     struct path path = {.ray = {origin, direction, 0, INFINITY, KEY_NONE, PRIMITIVE_NONE, 0},
                         .throughput = {1, 1, 1}};
     uint32_t medium = UINT32_MAX;
+    g.plan = plan;
+    g.kernel = &kernel_ref;
+    medium_pool_clear(&g.media);
     for (int step = 0; step <= steps && path.throughput.x > 0.01; step++) {
         path_batch_clear(&g.paths);
         path_batch_push(&g.paths, &path);
@@ -41,7 +44,6 @@ static uint32_t follow_through(const struct plan *plan, struct vec3 origin, stru
         path = path_batch_get(&g.children, g.children.rays.count - 1); /* transmitted, if anything is */
     }
     *out = path.ray;
-    generation_finish(&g);
     return medium;
 }
 

@@ -23,18 +23,23 @@ static inline struct path path_along(struct ray ray)
     return (struct path){.ray = ray, .throughput = {1, 1, 1}, .medium = MEDIUM_SPACE};
 }
 
-/* A generation of one path whose hit is known, as far as its surface. It takes the media over. */
-static inline struct generation generation_at(const struct world *world, const struct medium_pool *media,
-                                              const struct path *path, const struct hit *hit)
+/* A generation of one path whose hit is known, as far as its surface. It has the media until the caller takes them back,
+ * and is the same one every time, so that its arrays need not grow anew. */
+static inline struct generation *generation_at(const struct world *world, const struct medium_pool *media,
+                                               const struct path *path, const struct hit *hit)
 {
-    struct generation g = {.plan = world->plan, .kernel = kernel_default(), .media = *media};
+    static struct generation g;
+    g.plan = world->plan;
+    g.kernel = kernel_default();
+    g.media = *media;
+    path_batch_clear(&g.paths);
     path_batch_push(&g.paths, path);
     hit_batch_reserve(&g.hits, 1);
     g.hits.t[0] = hit->t;
     g.hits.key[0] = (double)hit_key(hit->id, hit->side);
     surfaces_count(&g.surfaces, g.plan, &g.hits, 1);
     generation_find_surfaces(&g);
-    return g;
+    return &g;
 }
 
 /* What follows from a hit that is already known. */
@@ -44,19 +49,18 @@ static inline struct bounce bounce_at(const struct world *world, struct medium_p
     struct bounce bounce = {.met = hit->id != PRIMITIVE_NONE, .hit = *hit};
     if (!bounce.met)
         return bounce;
-    struct generation g = generation_at(world, media, path, hit);
-    generation_find_children(&g);
-    bounce.surface = surfaces_get(&g.surfaces, 0);
-    bounce.facing = lane_get(g.surfaces.lanes.facing, 0);
-    bounce.is_mirrored = g.mirrored.count > 0;
-    bounce.is_transmitted = g.transmitted.count > 0;
+    struct generation *g = generation_at(world, media, path, hit);
+    g->mirrored.count = g->transmitted.count = 0;
+    generation_find_children(g);
+    bounce.surface = surfaces_get(&g->surfaces, 0);
+    bounce.facing = lane_get(g->surfaces.lanes.facing, 0);
+    bounce.is_mirrored = g->mirrored.count > 0;
+    bounce.is_transmitted = g->transmitted.count > 0;
     if (bounce.is_mirrored)
-        bounce.mirrored = path_batch_get(&g.children, 0);
+        bounce.mirrored = path_batch_get(&g->children, 0);
     if (bounce.is_transmitted)
-        bounce.transmitted = path_batch_get(&g.children, g.mirrored.count);
-    *media = g.media;
-    g.media = (struct medium_pool){0};
-    generation_finish(&g);
+        bounce.transmitted = path_batch_get(&g->children, g->mirrored.count);
+    *media = g->media;
     return bounce;
 }
 

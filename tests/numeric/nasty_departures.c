@@ -38,15 +38,16 @@ static struct hit hit_by(const struct world *world, const struct ray *ray)
 static void count_shadows(struct tally *tally, const struct world *world, const struct path *path,
                           const struct hit *hit)
 {
-    struct generation g = generation_at(world, &(struct medium_pool){0}, path, hit);
+    const struct generation *g = generation_at(world, &(struct medium_pool){0}, path, hit);
+    struct surfaces surfaces = g->surfaces;
     struct lighting lighting = {0};
     struct shadow_batch shadows = {0};
     struct crossing_list crossings = {0};
-    g.kernel->ambient(world->plan, &g.surfaces);
+    g->kernel->ambient(world->plan, &surfaces);
     for (size_t light = 0; light < world->plan->light_count; light++) {
-        g.kernel->light(world->plan, light, &g.surfaces, &lighting);
-        shadow_batch_collect(&shadows, &lighting, g.surfaces.count);
-        g.kernel->shadow_rays(&g.surfaces, &lighting, &shadows);
+        g->kernel->light(world->plan, light, &surfaces, &lighting);
+        shadow_batch_collect(&shadows, &lighting, surfaces.count);
+        g->kernel->shadow_rays(&surfaces, &lighting, &shadows);
         for (size_t k = 0; kernel_at(k) && shadows.rays.count > 0; k++) {
             kernel_at(k)->shadow(world->plan, &shadows.rays, shadows.blocked, &crossings);
             tally->false_shadows += shadows.blocked[0];
@@ -56,7 +57,6 @@ static void count_shadows(struct tally *tally, const struct world *world, const 
     crossing_list_finish(&crossings);
     shadow_batch_finish(&shadows);
     lighting_finish(&lighting);
-    generation_finish(&g);
 }
 
 /* An opaque mirror, lit from all around and from nearby. */
