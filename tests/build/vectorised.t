@@ -64,7 +64,7 @@ done
 
 is "every LANES_LOOP is looked at" \
     "$(for file in "${files[@]}"; do loops "common/trace/lanes/$file.c"; done | grep -c ' line$')" \
-    "$(for file in "${files[@]}"; do grep -c '^ *LANES_LOOP$' "common/trace/lanes/$file.c"; done | paste -sd+ | bc)"
+    "$(for file in "${files[@]}"; do grep -c '^ *LANES_LOOP$' "common/trace/lanes/$file.c"; done | awk '{ sum += $1 } END { print sum }')"
 
 # A scalar loop is found: gcc 12 gathers no truth values.
 cat >"$tmp/scalar.c" <<'EOF'
