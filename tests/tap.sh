@@ -21,7 +21,7 @@ export ASAN_OPTIONS=log_path=$tmp/sanitizer/report UBSAN_OPTIONS=log_path=$tmp/s
 
 # A render of the showcase that takes about a second, long enough to be disturbed. The slowest kernel and a fixed
 # number of threads keep it so on other machines.
-slow=("$scenes/showcase.json" --size 160x90 --kernel ref --samples "$([ "$mode" = sanitize ] && echo 16 || echo 120)")
+slow=("$scenes/showcase.json" --size 160x90 --kernel ref --samples "$([ "$mode" = sanitize ] && echo 40 || echo 200)")
 slow_rows=90
 
 # --- results --------------------------------------------------------------------------------------------------
