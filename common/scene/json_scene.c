@@ -123,6 +123,7 @@ static void read_scene(struct scene_reader *reader, struct json_at at)
     json_materials(reader, json_get(&at, "materials"));
     read_objects(reader, json_get(&at, "objects"));
     json_materials_finish(reader);
+    json_mesh_files_finish(reader);
 }
 
 /* Text to tree. *tree is the caller's to delete. */

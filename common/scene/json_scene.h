@@ -10,6 +10,14 @@
 
 struct named_material;
 
+/* A mesh file that the scene has read, with or without its materials: the objects that it became, which others may
+ * share the meshes of. */
+struct read_mesh {
+    char *name; /* the asset's name; owned */
+    bool materials;
+    size_t first_object, object_count;
+};
+
 struct scene_reader {
     struct json_reader json;
     struct scene *scene;
@@ -19,6 +27,9 @@ struct scene_reader {
     struct named_material *named; /* sorted by name */
     size_t named_count;
     size_t default_material; /* in scene->materials, once an object needed it; SIZE_MAX before */
+
+    struct read_mesh *meshes;
+    size_t mesh_count, mesh_capacity;
 };
 
 /* A texture, and what the file left to the shape that wears it. */
@@ -60,8 +71,10 @@ void json_mesh(const struct json_at *object, struct shape *shape);
 /* True for an object that is a mesh with a "file". */
 bool json_is_mesh_file(const struct json_at *object);
 
-/* Reads such an object: an object of the scene for each material of the file, or one if it names a material itself. */
+/* Reads such an object: an object of the scene for each material of the file, or one if it names a material itself. A
+ * file that an earlier object has read is not read again: the objects share its meshes. */
 void json_mesh_file(struct scene_reader *reader, struct json_at at);
+void json_mesh_files_finish(struct scene_reader *reader);
 
 void json_transform(struct json_at at, struct affine *transform);
 void json_light(struct json_at at, struct light *light);

@@ -9,7 +9,7 @@
 
 #include "scene/model.h"
 
-/* Frees what the mesh holds and makes it empty. */
+/* Frees what the mesh owns and makes it empty. */
 void mesh_finish(struct mesh *mesh);
 
 /* Adds a face with `count` corners, 3..POLYGON_CORNERS_MAX, each below mesh->vertex_count, as count - 2

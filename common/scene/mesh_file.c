@@ -22,13 +22,10 @@ struct mesh_part *mesh_file_add(struct mesh_file *file)
     return part;
 }
 
-enum status mesh_file_read(struct mesh_file *file, struct scene *scene, struct asset_set *assets,
-                           const char *from, const char *reference, bool materials, struct error *error)
+enum status mesh_file_read(struct mesh_file *file, struct scene *scene, struct asset_set *assets, const char *name,
+                           bool materials, struct error *error)
 {
-    char name[ASSET_NAME_MAX + 1];
-    enum status status = asset_name_join(name, from, reference, error);
-    if (status != STATUS_OK)
-        return status;
+    enum status status;
     const char *dot = strrchr(name, '.');
     if (dot && strcmp(dot, ".obj") == 0)
         status = obj_read(file, scene, assets, name, materials, error);

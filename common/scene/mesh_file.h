@@ -26,12 +26,11 @@ void mesh_file_finish(struct mesh_file *file);
 /* Adds a part and returns it; valid until the next one. */
 struct mesh_part *mesh_file_add(struct mesh_file *file);
 
-/* Reads the file that `from` (an asset's name) calls `reference` into *file, which is empty before and stays so
- * on failure; at least one part. With `materials` the files of its materials are read too, and images go to
- * `scene`; without, the faces are one part without material. STATUS_INPUT and a sentence with file and line, or
- * byte. */
-enum status mesh_file_read(struct mesh_file *file, struct scene *scene, struct asset_set *assets,
-                           const char *from, const char *reference, bool materials, struct error *error);
+/* Reads the asset `name` into *file, which is empty before and stays so on failure; at least one part. With `materials`
+ * the files of its materials are read too, and images go to `scene`; without, the faces are one part without material.
+ * STATUS_INPUT and a sentence with file and line, or byte. */
+enum status mesh_file_read(struct mesh_file *file, struct scene *scene, struct asset_set *assets, const char *name,
+                           bool materials, struct error *error);
 
 /* The two formats; `name` is the asset's. What was read before a failure is left in *file. */
 enum status obj_read(struct mesh_file *file, struct scene *scene, struct asset_set *assets, const char *name,

@@ -8,7 +8,7 @@
 void scene_finish(struct scene *scene)
 {
     for (size_t i = 0; i < scene->object_count; i++)
-        if (scene->objects[i].shape.kind == SHAPE_MESH)
+        if (scene->objects[i].shape.kind == SHAPE_MESH && !scene->objects[i].shape.mesh.shared)
             mesh_finish(&scene->objects[i].shape.mesh);
     for (size_t i = 0; i < scene->image_count; i++) {
         free(scene->images[i].name);

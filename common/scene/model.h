@@ -85,14 +85,15 @@ enum shape_kind {
 
 /* Triangles over shared vertices. index holds 3 per triangle, each below vertex_count. normals and uv are
  * NULL or hold one per vertex (uv: u then v). closed: every edge is shared by exactly two triangles that
- * run along it in opposite directions, with the outside seen counter-clockwise. */
+ * run along it in opposite directions, with the outside seen counter-clockwise. shared: the arrays are those of an
+ * earlier object, which owns them; two meshes with the same `index` are the same in all else. */
 struct mesh {
     struct vec3 *points;
     struct vec3 *normals;
     double *uv;
     uint32_t *index;
     size_t vertex_count, triangle_count;
-    bool closed;
+    bool closed, shared;
 };
 
 struct shape {
@@ -119,7 +120,7 @@ struct shape {
         struct {
             struct vec3 min, max; /* min < max in every coordinate */
         } box;
-        struct mesh mesh; /* owned */
+        struct mesh mesh; /* owned, unless it is shared */
     };
 };
 

@@ -267,6 +267,35 @@ static void what_gives_back_too_much_is_scaled(void **state)
     scene_finish(&scene);
 }
 
+static void assert_shared(const struct scene *scene, size_t owner, size_t sharer)
+{
+    const struct mesh *owned = mesh_of(scene, owner), *shared = mesh_of(scene, sharer);
+    assert_false(owned->shared);
+    assert_true(shared->shared);
+    assert_ptr_equal(shared->index, owned->index);
+    assert_ptr_equal(shared->points, owned->points);
+}
+
+static void a_file_is_read_once(void **state)
+{
+    (void)state;
+    struct scene scene =
+        load_materials("mtllib a.mtl\n" SQUARE "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n",
+                       "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n",
+                       "}, {'type': 'mesh', 'file': 'meshes/a.obj', 'transform': [{'translate': [9, 0, 0]}]"
+                       "}, {'type': 'mesh', 'file': 'meshes/a.obj', 'material': {'color': [0, 0, 1]}"
+                       "}, {'type': 'mesh', 'file': 'meshes/a.obj', 'material': {'color': [1, 1, 1]}");
+    assert_int_equal(scene.object_count, 6);
+    assert_shared(&scene, 0, 2);
+    assert_shared(&scene, 1, 3);
+    assert_shared(&scene, 4, 5); /* without the file's materials it is one mesh */
+    assert_int_equal(scene.objects[3].material, scene.objects[1].material);
+    assert_true(scene.objects[2].transform.offset.x == 9);
+    assert_vec3(material_of(&scene, 4)->color.color[0], 0, 0, 1);
+    assert_vec3(material_of(&scene, 5)->color.color[0], 1, 1, 1);
+    scene_finish(&scene);
+}
+
 static void closed_meshes_refract(void **state)
 {
     (void)state;
@@ -298,6 +327,7 @@ int main(void)
         cmocka_unit_test(shares_of_light_are_kept),
         cmocka_unit_test(what_gives_back_too_much_is_scaled),
         cmocka_unit_test(closed_meshes_refract),
+        cmocka_unit_test(a_file_is_read_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
