@@ -148,6 +148,7 @@ $(B)/bench/%: $(B)/obj/tests/bench/%.o $(B)/libweft.a
 bench: all $(BENCHES)
 	$(B)/bench/kernels
 	$(B)/bench/tree 1000000
+	$(B)/bench/stages 512 scenes/showcase.json $(wildcard tests/bench/scenes/*.nff)
 	$(B)/bench/render 320 $(filter-out %.schema.json,$(wildcard scenes/*.json)) $(wildcard tests/bench/scenes/*.nff)
 	$(B)/bench/farm $(B)/weft scenes/showcase.json scenes/first.json
 

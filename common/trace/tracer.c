@@ -26,7 +26,6 @@ struct tracer {
     bool follows_footprints;      /* the next batch begins with them */
     /* Of each camera ray. */
     struct vec3 radiance[CAMERA_RAYS_MAX]; /* what has come of it */
-    uint32_t row[CAMERA_RAYS_MAX];         /* of the area */
     uint32_t secondary[CAMERA_RAYS_MAX], shadow[CAMERA_RAYS_MAX]; /* rays that it led to */
     _Alignas(64) double x[CAMERA_RAYS_MAX];
     double y[CAMERA_RAYS_MAX];
@@ -77,20 +76,32 @@ static uint32_t camera_medium(struct generation *g)
     return medium;
 }
 
+/* Camera rays first .. first + count − 1 of the batch are the cursor's pixel's next samples. */
+static void number_pixel(struct tracer *tracer, const struct pixel_area *area, const struct cursor *at, size_t first,
+                         size_t count)
+{
+    const struct sample_digits *digits = tracer->digits + at->sample;
+    for (size_t i = 0; i < count; i++) {
+        tracer->pixel_x[first + i] = at->x;
+        tracer->pixel_y[first + i] = area->y0 + at->row;
+        tracer->digits_x[first + i] = digits[i].x;
+        tracer->digits_y[first + i] = digits[i].y;
+    }
+}
+
 /* Takes `count` camera rays from the cursor on, and moves it behind them. */
 static void number_rays(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count)
 {
     uint32_t samples = tracer->generation.plan->settings.samples, rows = area->y1 - area->y0;
-    for (size_t i = 0; i < count; i++) {
-        tracer->pixel_x[i] = at->x;
-        tracer->pixel_y[i] = area->y0 + at->row;
-        tracer->digits_x[i] = tracer->digits[at->sample].x;
-        tracer->digits_y[i] = tracer->digits[at->sample].y;
-        tracer->row[i] = at->row;
-        bool pixel_ends = ++at->sample == samples, column_ends = pixel_ends && at->row + 1 == rows;
-        at->sample = pixel_ends ? 0 : at->sample;
-        at->row = column_ends ? 0 : at->row + pixel_ends;
-        at->x += column_ends;
+    for (size_t i = 0, taken; i < count; i += taken) {
+        taken = samples - at->sample < count - i ? samples - at->sample : count - i;
+        number_pixel(tracer, area, at, i, taken);
+        at->sample += (uint32_t)taken;
+        if (at->sample < samples)
+            break;
+        at->sample = 0;
+        at->row = at->row + 1 < rows ? at->row + 1 : 0;
+        at->x += at->row == 0;
     }
 }
 
@@ -108,9 +119,10 @@ static void start_paths(struct tracer *tracer, size_t count)
     for (uint32_t i = 0; i < count; i++) {
         g->paths.sample[i] = i;
         g->paths.medium[i] = medium;
-        tracer->radiance[i] = vec3_make(0, 0, 0);
-        tracer->secondary[i] = tracer->shadow[i] = 0;
     }
+    memset(tracer->radiance, 0, count * sizeof *tracer->radiance);
+    memset(tracer->secondary, 0, count * sizeof *tracer->secondary);
+    memset(tracer->shadow, 0, count * sizeof *tracer->shadow);
 }
 
 /* --- light ------------------------------------------------------------------------------------------------ */
@@ -215,18 +227,32 @@ static void trace_batch(struct tracer *tracer, size_t count)
     tracer->follows_footprints = used;
 }
 
+/* How many of the batch's camera rays from `first` on, of `count`, are of the same pixel. */
+static size_t pixel_run(const struct tracer *tracer, size_t first, size_t count)
+{
+    uint32_t x = tracer->pixel_x[first], y = tracer->pixel_y[first];
+    size_t end = first + 1;
+    while (end < count && tracer->pixel_x[end] == x && tracer->pixel_y[end] == y)
+        end++;
+    return end - first;
+}
+
 /* Adds the batch's first `count` samples, and the rays that they took, to the pixels and rows of the area. */
 static void add_samples(const struct tracer *tracer, const struct pixel_area *area, size_t count, struct vec3 *pixels,
                         struct ray_counts *counts)
 {
     size_t width = area->x1 - area->x0;
-    for (size_t i = 0; i < count; i++) {
-        size_t pixel = tracer->pixel_x[i] - area->x0 + tracer->row[i] * width;
-        struct ray_counts *of_row = &counts[tracer->row[i]];
-        pixels[pixel] = vec3_add(pixels[pixel], tracer->radiance[i]);
-        of_row->camera++;
-        of_row->secondary += tracer->secondary[i];
-        of_row->shadow += tracer->shadow[i];
+    for (size_t first = 0, run; first < count; first += run) {
+        size_t row = tracer->pixel_y[first] - area->y0, pixel = tracer->pixel_x[first] - area->x0 + row * width;
+        struct vec3 sum = pixels[pixel];
+        run = pixel_run(tracer, first, count);
+        counts[row].camera += run;
+        for (size_t i = first; i < first + run; i++) {
+            sum = vec3_add(sum, tracer->radiance[i]);
+            counts[row].secondary += tracer->secondary[i];
+            counts[row].shadow += tracer->shadow[i];
+        }
+        pixels[pixel] = sum;
     }
 }
 

@@ -9,6 +9,8 @@
 
 #include <time.h>
 
+#include "base/options.h"
+#include "scene/load.h"
 #include "tests/random.h"
 #include "tests/scene_builder.h"
 
@@ -31,6 +33,39 @@ static inline double bench_least_seconds(void (*work)(void *context), void *cont
         all += took;
     }
     return least;
+}
+
+/* --- scenes from files ------------------------------------------------------------------------------------ */
+
+/* Of "PROGRAM WIDTH SCENE...": the width. */
+static inline enum status bench_width(int argc, char **argv, const char *program, uint32_t *width, struct error *error)
+{
+    int64_t number = 0;
+    if (argc < 3)
+        return error_set(error, STATUS_USAGE, "usage: %s WIDTH SCENE...", program);
+    enum status status = options_integer("WIDTH", argv[1], 1, 4096, &number, error);
+    *width = (uint32_t)number;
+    return status;
+}
+
+/* The scene of that file, as wide as that and as high as its shape demands; the caller finishes it if all is well. */
+static inline enum status bench_load(const char *path, uint32_t width, uint32_t samples, struct scene *scene,
+                                     struct error *error)
+{
+    struct asset_set assets;
+    const char *name;
+    asset_set_init_disk(&assets, path, &name);
+    *scene = (struct scene){0};
+    enum status status = scene_load(scene, name, &assets, error);
+    asset_set_finish(&assets);
+    if (status != STATUS_OK) {
+        scene_finish(scene);
+        return status;
+    }
+    scene->height = (width * scene->height + scene->width - 1) / scene->width;
+    scene->width = width;
+    scene->samples = samples;
+    return STATUS_OK;
 }
 
 /* --- scenes of one shape ---------------------------------------------------------------------------------- */
