@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "trace/bounds.h"
 
 double boundary_window(struct vec3 origin, double t)
 {
@@ -105,13 +106,29 @@ static void push_boundary_probe(struct boundary_batch *batch, const struct ray_b
     push_probe(batch, rays, wall, first + boundary_window(origin, first));
 }
 
-/* A probe behind each wall that was hit. */
+/* Whether walls of two solids may coincide at t of the ray. All of a boundary is within a window and a half from there,
+ * and within the boxes of both solids. */
+static bool may_touch(const struct plan *plan, const struct ray_batch *rays, size_t ray, double t)
+{
+    struct vec3 origin = lane_get(rays->origin, ray), direction = lane_get(rays->direction, ray);
+    struct vec3 at = vec3_add_scaled(origin, direction, t);
+    double by = 2 * boundary_window(origin, t);
+    for (size_t i = 0; i < plan->contact_count; i++) {
+        struct vec3 low = plan->contacts[i].low, high = plan->contacts[i].high;
+        if (at.x >= low.x - by && at.x <= high.x + by && at.y >= low.y - by && at.y <= high.y + by &&
+            at.z >= low.z - by && at.z <= high.z + by)
+            return true;
+    }
+    return false;
+}
+
+/* A probe behind each wall that was hit where others may be. */
 static void push_first_probes(struct boundary_batch *batch, const struct plan *plan, const struct ray_batch *rays,
                               const struct hit_batch *hits)
 {
     start_probes(batch, rays->count);
     for (size_t i = 0; i < rays->count; i++) {
-        if (!is_wall(plan, hit_batch_id(hits, i)))
+        if (!is_wall(plan, hit_batch_id(hits, i)) || !may_touch(plan, rays, i, hits->t[i]))
             continue;
         struct crossing wall = crossing_at(hits, i, (uint32_t)i);
         push_boundary_probe(batch, rays, hits, &wall);

@@ -25,7 +25,7 @@ void generation_find_hits(struct generation *g)
     if (!(g->surfaces.traits & TRAIT_REFRACTS))
         return;
     boundary_batch_pass_start(&g->boundaries, g->plan, g->kernel, &g->media, &g->paths, &g->hits);
-    if (g->plan->walls_may_touch)
+    if (g->plan->contact_count > 0)
         boundary_batch_find(&g->boundaries, g->plan, g->kernel, &g->paths.rays, &g->hits);
     surfaces_count(&g->surfaces, g->plan, &g->hits, g->paths.rays.count);
 }

@@ -205,7 +205,7 @@ struct plan *plan_create(const struct scene *scene, const struct trace_settings 
     build_textures(plan, scene);
     build_images(plan, scene, threads);
     find_camera_media(plan);
-    plan->walls_may_touch = plan_walls_may_touch(plan);
+    plan_contacts_find(plan);
     return plan;
 }
 
@@ -224,7 +224,7 @@ void plan_destroy(struct plan **plan_pointer)
     void *const arrays[] = {plan->primitives, plan->spheres,   plan->globes,    plan->ellipsoids, plan->planes,
                             plan->discs,      plan->frustums,  plan->boxes,     plan->triangles,  plan->objects,
                             plan->meshes,     plan->materials, plan->textures,  plan->images,     plan->lights,
-                            plan->camera_media};
+                            plan->camera_media, plan->contacts};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     free(plan);

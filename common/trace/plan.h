@@ -14,6 +14,8 @@
 #include "trace/bvh.h"
 #include "trace/intersect.h"
 
+struct bounds;
+
 /* What the caller chooses; the rest is in the scene. */
 struct trace_settings {
     uint32_t width, height; /* pixels, 1..IMAGE_SIDE_MAX */
@@ -150,11 +152,14 @@ struct plan {
     uint32_t *camera_media; /* objects that the camera is inside of, outermost first: dielectrics only */
     size_t camera_media_count;
 
+    /* Where walls of two dielectrics may touch, so that boundary.h is needed: boxes, a few at most. */
+    struct bounds *contacts;
+    size_t contact_count;
+
     /* What the scene needs at all. */
     bool needs_footprints; /* some texture or background is filtered */
     bool is_smooth;        /* some mesh has normals of its own */
     bool absorbs;          /* some material does */
-    bool walls_may_touch;  /* of two dielectrics: boundary.h is needed */
 };
 
 /* Compiles a valid scene, which must outlive the plan and stay unchanged, on up to `threads` threads; the plan does not

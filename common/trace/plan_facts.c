@@ -52,7 +52,7 @@ struct plan_facts plan_facts_of(const struct plan *plan, const struct scene *sce
     struct plan_facts facts = {
         .around_camera = plan->camera_media_count,
         .footprints = plan->needs_footprints,
-        .touching = plan->walls_may_touch,
+        .touching = plan->contact_count > 0,
     };
     count_primitives(&facts, plan);
     for (size_t i = 0; i < plan->object_count; i++)

@@ -24,9 +24,9 @@ void plan_lights_build(struct plan *plan, const struct scene *scene);
 /* A light as the plan keeps it. */
 struct plan_light plan_light_compile(const struct light *light, struct vec3 eye);
 
-/* Whether boxes around two dielectric objects overlap, where what is nearer than COINCIDENCE touches. The plan's
- * primitives must be set. */
-bool plan_walls_may_touch(const struct plan *plan);
+/* Fills the plan's contacts: where the boxes of two dielectric objects overlap, if what is nearer than COINCIDENCE
+ * touches. If there are too many, one box around all space. The plan's primitives must be set. */
+void plan_contacts_find(struct plan *plan);
 
 /* The texture as this object wears it, in coordinates relative to the eye. */
 struct plan_texture plan_texture_compile(const struct texture *texture, const struct object *object,

@@ -12,6 +12,7 @@
 
 #include "tests/random.h"
 #include "tests/scene_builder.h"
+#include "trace/bounds.h"
 #include "trace/generation.h"
 
 static bool is_near(double a, double b, double tolerance)
@@ -204,8 +205,8 @@ static void glass_does_not_hide_what_lies_on_it(void **state)
     }
 }
 
-/* Of blocks in a row, one of them off by `gap`. */
-static bool blocks_may_touch(unsigned count, double gap)
+/* Blocks of glass in a row, those from the middle on off by `gap`; the first one stands apart. */
+static struct scene row_of_blocks(unsigned count, double gap)
 {
     struct scene scene = scene_at(vec3_make(0, 0, 9), 40);
     for (unsigned i = 0; i < count; i++) {
@@ -214,22 +215,72 @@ static bool blocks_may_touch(unsigned count, double gap)
         low.y -= 0.5; /* other things do not matter */
         scene_add(&scene, shape_box(low, vec3_add(low, grey(1))), material_matte(grey(1)));
     }
-    scene.objects[0].transform = affine_translation(vec3_make(-1, 0, 0)); /* the first stands apart */
-    struct plan *plan = plan_of(&scene);
-    bool may_touch = plan->walls_may_touch;
-    plan_destroy(&plan);
-    scene_finish(&scene);
-    return may_touch;
+    scene.objects[0].transform = affine_translation(vec3_make(-1, 0, 0));
+    return scene;
 }
 
-static void a_plan_knows_whether_walls_may_touch(void **state)
+static size_t count_contacts(unsigned count, double gap)
+{
+    struct scene scene = row_of_blocks(count, gap);
+    struct plan *plan = plan_of(&scene);
+    size_t contacts = plan->contact_count;
+    if (contacts == 1 && count == 3) /* the faces at x = 2 */
+        assert_true(fabs(plan->contacts->low.x - 2) <= fabs(gap) + 1e-9 && fabs(plan->contacts->high.x - 2) <= 1e-9);
+    if (count > 10)
+        assert_true(plan->contacts->low.x == -INFINITY && plan->contacts->high.y == INFINITY);
+    plan_destroy(&plan);
+    scene_finish(&scene);
+    return contacts;
+}
+
+static void a_plan_knows_where_walls_may_touch(void **state)
 {
     (void)state;
-    assert_false(blocks_may_touch(1, 0));
-    assert_false(blocks_may_touch(3, 1e-9));
-    assert_true(blocks_may_touch(3, 0));
-    assert_true(blocks_may_touch(3, 1e-14)); /* less than COINCIDENCE of the coordinates */
-    assert_true(blocks_may_touch(3, -0.5));
+    assert_int_equal(count_contacts(1, 0), 0);
+    assert_int_equal(count_contacts(3, 1e-9), 0);
+    assert_int_equal(count_contacts(3, 0), 1);
+    assert_int_equal(count_contacts(3, 1e-14), 1); /* less than COINCIDENCE of the coordinates */
+    assert_int_equal(count_contacts(3, -0.5), 1);
+    assert_int_equal(count_contacts(9, 0), 7);
+    assert_int_equal(count_contacts(12, 0), 1); /* too many: everywhere */
+}
+
+/* The pixels of 64 rows of 64, of which the caller frees the array. */
+static struct vec3 *pixels_of(const struct plan *plan)
+{
+    struct tracer *tracer = tracer_create(plan, kernel_default());
+    struct vec3 *pixels = memory_array(64 * 64, sizeof *pixels);
+    struct ray_counts rows[64] = {{0}};
+    tracer_area(tracer, &(struct pixel_area){0, 64, 0, 64}, pixels, rows);
+    tracer_destroy(&tracer);
+    return pixels;
+}
+
+/* Looking for walls that touch only where they may gives the same picture as looking everywhere. */
+static void elsewhere_walls_need_no_looking_for(void **state)
+{
+    (void)state;
+    struct scene scene = row_of_blocks(7, 0);
+    struct affine turn = affine_rotation(vec3_normalize(vec3_make(1, 2, 3)), 20); /* and so round all faces */
+    for (size_t i = 0; i < scene.object_count; i++)
+        scene.objects[i].transform = affine_multiply(&turn, &scene.objects[i].transform);
+    scene.width = scene.height = 64;
+    scene.background = (struct background){.kind = BACKGROUND_GRADIENT, .color = {{0.1, 0.2, 0.3}, {1, 0, 1}}};
+    struct plan *plan = plan_of(&scene);
+    struct vec3 *found = pixels_of(plan);
+    assert_int_equal(plan->contact_count, 5);
+    plan->contact_count = 1;
+    plan->contacts[0] = (struct bounds){grey(-INFINITY), grey(INFINITY)};
+    struct vec3 *expected = pixels_of(plan);
+    assert_memory_equal(found, expected, 64 * 64 * sizeof *found);
+    plan->contact_count = 0; /* and not looking at all does not */
+    struct vec3 *without = pixels_of(plan);
+    assert_memory_not_equal(without, expected, 64 * 64 * sizeof *found);
+    free(found);
+    free(expected);
+    free(without);
+    plan_destroy(&plan);
+    scene_finish(&scene);
 }
 
 /* --- light within ----------------------------------------------------------------------------------------- */
@@ -270,7 +321,8 @@ int main(void)
         cmocka_unit_test(what_goes_in_comes_out),
         cmocka_unit_test(flat_rays_come_out_too),
         cmocka_unit_test(glass_does_not_hide_what_lies_on_it),
-        cmocka_unit_test(a_plan_knows_whether_walls_may_touch),
+        cmocka_unit_test(a_plan_knows_where_walls_may_touch),
+        cmocka_unit_test(elsewhere_walls_need_no_looking_for),
         cmocka_unit_test(water_absorbs_from_a_lamp_within_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
