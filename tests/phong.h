@@ -9,7 +9,9 @@ static inline struct vec3 phong(const struct plan_material *material, struct vec
                                 struct vec3 direction, struct vec3 to_light)
 {
     struct vec3 diffuse = light_diffuse(material, vec3_mul(color, material->surface_share), normal, to_light);
-    return material->highlights ? vec3_add(diffuse, light_highlight(material, normal, direction, to_light)) : diffuse;
+    if (!(material->traits & TRAIT_HIGHLIGHTS))
+        return diffuse;
+    return vec3_add(diffuse, light_highlight(material, normal, direction, to_light));
 }
 
 #endif

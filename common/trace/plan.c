@@ -45,14 +45,14 @@ static struct plan_material compile_material(const struct material *from)
         .reflection = from->reflection,
         .filter = from->filter,
         .absorption = from->absorption,
-        .highlights = !vec3_is_zero(from->specular),
         .dielectric = from->ior > 0,
         .absorbs = from->ior > 0 && !vec3_is_zero(from->absorption),
     };
     bool mirrors = !vec3_is_zero(from->reflection);
     bool transmits = to.dielectric || (from->transparency > 0 && !vec3_is_zero(from->filter));
     to.traits = (mirrors ? TRAIT_MIRRORS : 0) | (transmits ? TRAIT_TRANSMITS : 0) |
-                (to.dielectric ? TRAIT_REFRACTS : 0) | (is_constant(&from->color) ? 0 : TRAIT_TEXTURED);
+                (to.dielectric ? TRAIT_REFRACTS : 0) | (is_constant(&from->color) ? 0 : TRAIT_TEXTURED) |
+                (vec3_is_zero(from->specular) ? 0 : TRAIT_HIGHLIGHTS);
     if (!to.dielectric)
         to.surface_share = vec3_sub(vec3_make(1 - from->transparency, 1 - from->transparency, 1 - from->transparency),
                                     from->reflection);

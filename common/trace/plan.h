@@ -40,6 +40,7 @@ enum material_trait {
     TRAIT_TRANSMITS = 2, /* lets light through, straight or refracted */
     TRAIT_REFRACTS = 4,  /* is a dielectric */
     TRAIT_TEXTURED = 8,  /* is of more than one colour */
+    TRAIT_HIGHLIGHTS = 16,
 };
 
 /* Primitives are numbered in the order of the scene's objects; a mesh's triangles follow one another. The
@@ -74,7 +75,7 @@ struct plan_material {
     double ambient, diffuse, shininess, transparency, ior;
     struct vec3 specular, reflection, filter, absorption;
     struct vec3 surface_share; /* 1 − reflection − transparency; 0 for a dielectric */
-    bool highlights, dielectric, absorbs;
+    bool dielectric, absorbs;
     uint8_t traits; /* a set of enum material_trait */
 };
 

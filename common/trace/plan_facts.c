@@ -18,7 +18,7 @@ static void count_object(struct plan_facts *facts, const struct plan *plan, cons
     uint8_t texture = plan->textures[object->texture].kind;
     facts->textured[texture]++;
     facts->folded += texture != scene->materials[object->material].color.kind;
-    facts->highlights += material->highlights;
+    facts->highlights += (material->traits & TRAIT_HIGHLIGHTS) != 0;
     facts->mirrors += (material->traits & TRAIT_MIRRORS) != 0;
     facts->dielectric += material->dielectric;
     facts->transparent += (material->traits & TRAIT_TRANSMITS) && !material->dielectric;

@@ -36,7 +36,7 @@ struct target {
 
 static bool answers_light(const struct plan_material *material)
 {
-    return material->highlights || (material->diffuse > 0 && !vec3_is_zero(material->surface_share));
+    return (material->traits & TRAIT_HIGHLIGHTS) || (material->diffuse > 0 && !vec3_is_zero(material->surface_share));
 }
 
 static struct target target_of(const struct plan *plan, size_t object)

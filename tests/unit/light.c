@@ -98,7 +98,7 @@ static const struct plan_material shiny = {.diffuse = 0.5,
                                            .shininess = 3,
                                            .specular = {0.25, 0.5, 1},
                                            .surface_share = {1, 0.5, 0},
-                                           .highlights = true};
+                                           .traits = TRAIT_HIGHLIGHTS};
 
 static void phong_by_hand(void **state)
 {

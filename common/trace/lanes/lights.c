@@ -25,14 +25,16 @@ void LANES_NAME(ambient)(const struct plan *plan, struct surfaces *surfaces)
 
 /* --- one light -------------------------------------------------------------------------------------------- */
 
-/* Surface i under a light from there. */
+/* Surface i under a light from there. glossy: some of the surfaces have highlights; where none has, the same comes of
+ * less work. */
 static inline __attribute__((always_inline)) void put_light(const struct plan_material *material,
-                                                            const struct surface_lanes *s, size_t i,
+                                                            const struct surface_lanes *s, size_t i, bool glossy,
                                                             struct light_arrival arrival, const struct lighting *to)
 {
     struct vec3 shading = lane_get(s->shading_normal, i), seen = lane_get(s->direction, i), d = arrival.direction;
-    struct vec3 radiance = vec3_add(light_diffuse(material, lane_get(s->own, i), shading, d),
-                                    light_highlight(material, shading, seen, d));
+    struct vec3 radiance = light_diffuse(material, lane_get(s->own, i), shading, d);
+    if (glossy)
+        radiance = vec3_add(radiance, light_highlight(material, shading, seen, d));
     radiance = vec3_mul(radiance, arrival.strength);
     double before = vec3_dot(lane_get(s->facing, i), d); /* > 0: the light is on the path's side */
     double t_min = depart_t_min(lane_get(s->position, i), s->error[i], lane_get(s->normal, i), d);
@@ -47,7 +49,7 @@ static inline __attribute__((always_inline)) void put_light(const struct plan_ma
     to->lit[i] = before > 0 ? lit : 0;
 }
 
-#define DEFINE_LIGHT(name, arrival)                                                                     \
+#define DEFINE_LIGHT(name, glossy, arrival)                                                             \
     static void light_##name(const struct plan *plan, const struct plan_light *light,                   \
                              const struct surfaces *surfaces, const struct lighting *lighting)          \
     {                                                                                                   \
@@ -58,29 +60,28 @@ static inline __attribute__((always_inline)) void put_light(const struct plan_ma
         const uint32_t *material = surfaces->material;                                                  \
         LANES_LOOP                                                                                      \
         for (size_t i = 0; i < surfaces->count; i++)                                                    \
-            put_light(&materials[material[i]], &s, i, arrival, &to);                                    \
+            put_light(&materials[material[i]], &s, i, glossy, arrival, &to);                            \
     }
 
-DEFINE_LIGHT(point, light_from_point(from, lane_get(s.position, i)))
-DEFINE_LIGHT(spot, light_from_spot(from, lane_get(s.position, i)))
-DEFINE_LIGHT(directional, light_from_afar(from))
+DEFINE_LIGHT(point_matte, false, light_from_point(from, lane_get(s.position, i)))
+DEFINE_LIGHT(point_glossy, true, light_from_point(from, lane_get(s.position, i)))
+DEFINE_LIGHT(spot_matte, false, light_from_spot(from, lane_get(s.position, i)))
+DEFINE_LIGHT(spot_glossy, true, light_from_spot(from, lane_get(s.position, i)))
+DEFINE_LIGHT(directional_matte, false, light_from_afar(from))
+DEFINE_LIGHT(directional_glossy, true, light_from_afar(from))
 
 void LANES_NAME(light)(const struct plan *plan, size_t light, const struct surfaces *surfaces,
                        struct lighting *lighting)
 {
+    typedef void add(const struct plan *plan, const struct plan_light *light, const struct surfaces *surfaces,
+                     const struct lighting *lighting);
+    static add *const matte[] = {[LIGHT_POINT] = light_point_matte, [LIGHT_SPOT] = light_spot_matte,
+                                 [LIGHT_DIRECTIONAL] = light_directional_matte};
+    static add *const glossy[] = {[LIGHT_POINT] = light_point_glossy, [LIGHT_SPOT] = light_spot_glossy,
+                                  [LIGHT_DIRECTIONAL] = light_directional_glossy};
     const struct plan_light *from = &plan->lights[light];
     lighting_reserve(lighting, surfaces->count);
-    switch ((enum light_kind)from->kind) {
-    case LIGHT_POINT:
-        light_point(plan, from, surfaces, lighting);
-        break;
-    case LIGHT_SPOT:
-        light_spot(plan, from, surfaces, lighting);
-        break;
-    case LIGHT_DIRECTIONAL:
-        light_directional(plan, from, surfaces, lighting);
-        break;
-    }
+    (surfaces->traits & TRAIT_HIGHLIGHTS ? glossy : matte)[from->kind](plan, from, surfaces, lighting);
 }
 
 void LANES_NAME(shadow_rays)(const struct surfaces *surfaces, const struct lighting *lighting,
