@@ -58,6 +58,29 @@ static inline uint32_t lanes_at_most_16(const float *a, const float *b)
 #endif
 }
 
+/* Bit i: whether a[i] is not below b, for sixteen floats, 64-byte aligned; that of NaN is set. */
+static inline uint32_t lanes_not_below_16(const float *a, float b)
+{
+#if defined(__AVX512F__)
+    return _mm512_cmp_ps_mask(_mm512_load_ps(a), _mm512_set1_ps(b), _CMP_NLT_UQ);
+#elif defined(__AVX__)
+    const __m256 bound = _mm256_set1_ps(b);
+    uint32_t low = (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(_mm256_load_ps(a), bound, _CMP_NLT_UQ));
+    return low | (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(_mm256_load_ps(a + 8), bound, _CMP_NLT_UQ)) << 8;
+#elif defined(__SSE2__)
+    const __m128 bound = _mm_set1_ps(b);
+    uint32_t mask = 0;
+    for (int i = 0; i < 16; i += 4)
+        mask |= (uint32_t)_mm_movemask_ps(_mm_cmpnlt_ps(_mm_load_ps(a + i), bound)) << i;
+    return mask;
+#else
+    uint32_t mask = 0;
+    for (int i = 0; i < 16; i++)
+        mask |= (uint32_t) !(a[i] < b) << i;
+    return mask;
+#endif
+}
+
 /* The least and the largest of `count` floats, none of them NaN: a multiple of 16, 64-byte aligned. Compilers do not
  * take the last steps, across one vector, in vectors. */
 static inline void lanes_range(const float *values, int count, float *least, float *largest)

@@ -114,10 +114,11 @@ static void packet_walk(struct packet *p, const struct plan *plan, uint64_t lane
             continue;
         const struct bvh_node *node = &plan->bvh.nodes[at.node];
         _Alignas(32) float near[BVH_WIDTH];
-        uint32_t children = packet_children(p, node, far, near);
+        const struct packet_planes planes = packet_planes(p, node);
+        uint32_t children = packet_children(p, node, &planes, far, near);
         for (int bottom = depth; children; children &= children - 1) {
             int c = __builtin_ctz(children);
-            uint64_t met = packet_meets(p, node, c, at.lanes);
+            uint64_t met = packet_meets(p, node, &planes, c, at.lanes);
             if (!met)
                 continue;
             if (node->count[c] > 0)
@@ -143,6 +144,7 @@ static void packet_walk_scene(struct packet *p, const struct plan *plan, int cou
         const struct primitive *primitive = &plan->primitives[plan->bvh.loose[i]];
         take_leaf(p, plan, primitive->kind, primitive->index, 1, lanes);
     }
+    p->in_tree = true;
     packet_walk(p, plan, lanes);
 }
 
