@@ -22,12 +22,20 @@ static const double GROWTH = 0x1p-20;
 /* Beyond, the sums and differences of the builder could overflow. */
 static const float FARTHEST = 0x1p124f;
 
+/* What the items of one chunk tell. */
+struct chunk {
+    uint32_t sizes[SIZES]; /* how many are of each class; of those within reach */
+    uint32_t beyond;       /* how many are out of reach */
+    float reach;           /* the farthest coordinate of the others */
+};
+
 struct collection {
     const struct plan *plan;
     struct bvh_item *items;
-    uint32_t (*sizes)[SIZES]; /* of each chunk: how many items of each class */
+    float *empty; /* emptiness of each primitive; NULL if none is a triangle */
+    struct chunk *chunks;
     size_t count;
-    double grow;
+    double grow, unit;
 };
 
 static size_t chunk_end(const struct collection *all, size_t chunk)
@@ -78,19 +86,34 @@ void bvh_item_bound(struct bvh_item *item, const struct bounds *bounds)
     to_floats(bounds->high, item->high);
 }
 
-/* Boxes; what has none gets one that is out of reach. */
-static void collect_chunk(void *context, size_t chunk)
+/* Its box; what has none gets one that is out of reach. */
+static void collect_item(const struct collection *all, size_t id)
+{
+    const struct primitive *primitive = &all->plan->primitives[id];
+    struct bvh_item *item = &all->items[id];
+    struct bounds bounds = {.high = {INFINITY, INFINITY, INFINITY}};
+    bounds_of_primitive(all->plan, (uint32_t)id, &bounds);
+    bvh_item_bound(item, &bounds);
+    item->id = (uint32_t)id;
+    item->kind = primitive->kind;
+    if (primitive->kind == PRIMITIVE_TRIANGLE)
+        all->empty[id] = (float)bvh_emptiness(&all->plan->triangles[primitive->index], &bounds);
+}
+
+static void collect_chunk(void *context, size_t index)
 {
     struct collection *all = context;
-    for (size_t id = chunk * CHUNK; id < chunk_end(all, chunk); id++) {
-        struct bvh_item *item = &all->items[id];
-        struct bounds bounds = {.high = {INFINITY, INFINITY, INFINITY}};
-        bounds_of_primitive(all->plan, (uint32_t)id, &bounds);
-        bvh_item_bound(item, &bounds);
-        item->id = (uint32_t)id;
-        item->kind = all->plan->primitives[id].kind;
-        if (is_within_reach(item))
-            all->sizes[chunk][class_of(item)]++;
+    struct chunk *chunk = &all->chunks[index];
+    for (size_t id = index * CHUNK; id < chunk_end(all, index); id++) {
+        collect_item(all, id);
+        const struct bvh_item *item = &all->items[id];
+        float reach = reach_of(item);
+        if (is_within_reach(item)) {
+            chunk->sizes[class_of(item)]++;
+            chunk->reach = reach > chunk->reach ? reach : chunk->reach;
+        } else {
+            chunk->beyond++;
+        }
     }
 }
 
@@ -100,7 +123,7 @@ static unsigned find_giants(const struct collection *all)
     size_t sizes[SIZES] = {0}, items = 0, giants = 0;
     for (size_t chunk = 0; chunk < chunk_count(all->count); chunk++)
         for (int i = 0; i < SIZES; i++)
-            sizes[i] += all->sizes[chunk][i];
+            sizes[i] += all->chunks[chunk].sizes[i];
     for (int i = 0; i < SIZES; i++)
         items += sizes[i];
     unsigned median = 0, least = SIZES;
@@ -111,15 +134,20 @@ static unsigned find_giants(const struct collection *all)
     return least;
 }
 
-/* Takes the loose primitives out of the items; returns the farthest coordinate of the others, with the camera at 0. */
-static float sort_out(struct bvh *bvh, struct collection *all)
+static bool is_loose(const struct bvh_item *item, unsigned giant)
 {
-    unsigned giant = find_giants(all);
-    size_t count = 0;
+    return !is_within_reach(item) || class_of(item) >= giant;
+}
+
+/* Takes the loose primitives out of the items; returns the farthest coordinate of the others, with the camera at 0. */
+static float take_out(struct bvh *bvh, struct collection *all, unsigned giant)
+{
+    size_t count = 0, room = 0;
     float extent = 0;
     for (size_t i = 0; i < all->count; i++) {
         const struct bvh_item *item = &all->items[i];
-        if (!is_within_reach(item) || class_of(item) >= giant) {
+        if (is_loose(item, giant)) {
+            bvh->loose = memory_grow(bvh->loose, &room, bvh->loose_count + 1, sizeof *bvh->loose);
             bvh->loose[bvh->loose_count++] = item->id;
             continue;
         }
@@ -131,63 +159,103 @@ static float sort_out(struct bvh *bvh, struct collection *all)
     return extent;
 }
 
-/* The growth exceeds the two roundings to float, each at most half a unit in the last place of the extent. */
-static void grow_chunk(void *context, size_t chunk)
+/* Sorts out what stays outside the tree, which most often is nothing, as the chunks know; returns the extent. */
+static float sort_out(struct bvh *bvh, struct collection *all)
+{
+    unsigned giant = find_giants(all);
+    bool none = giant == SIZES;
+    float extent = 0;
+    for (size_t i = 0; i < chunk_count(all->count); i++) {
+        const struct chunk *chunk = &all->chunks[i];
+        none = none && chunk->beyond == 0;
+        extent = chunk->reach > extent ? chunk->reach : extent;
+    }
+    return none ? extent : take_out(bvh, all, giant);
+}
+
+/* Grows the boxes and brings them to the builder's unit, which is exact. The growth exceeds the two roundings to float,
+ * each at most half a unit in the last place of the extent. */
+static void grow_chunk(void *context, size_t index)
 {
     struct collection *all = context;
-    for (size_t i = chunk * CHUNK; i < chunk_end(all, chunk); i++)
+    double scale = 1 / all->unit;
+    for (size_t i = index * CHUNK; i < chunk_end(all, index); i++)
         for (int axis = 0; axis < 3; axis++) {
             struct bvh_item *item = &all->items[i];
-            item->low[axis] = (float)(item->low[axis] - all->grow);
-            item->high[axis] = (float)(item->high[axis] + all->grow);
+            item->low[axis] = (float)((item->low[axis] - all->grow) * scale);
+            item->high[axis] = (float)((item->high[axis] + all->grow) * scale);
         }
+}
+
+/* The largest power of two that is no larger: its exponent without a mantissa. But none whose inverse would be beyond
+ * floats. */
+static double unit_of(double extent)
+{
+    uint64_t bits;
+    double unit = extent > 0x1p-100 ? extent : 0x1p-100;
+    memcpy(&bits, &unit, sizeof bits);
+    bits &= 0x7ffull << 52;
+    memcpy(&unit, &bits, sizeof unit);
+    return unit;
 }
 
 /* --- the tree --------------------------------------------------------------------------------------------- */
 
 /* From items to primitives of each kind, both in the tree's order. */
-static uint32_t *number_leaves(struct bvh *bvh, const struct collection *all)
+static uint32_t *number_leaves(struct bvh *bvh, struct bvh_leaf_item *items, size_t count)
 {
-    uint32_t *order = memory_array(all->count + bvh->loose_count, sizeof *order);
-    uint32_t next[PRIMITIVE_KINDS] = {0}, *index = memory_array(all->count, sizeof *index);
-    for (size_t i = 0; i < all->count; i++) {
-        order[i] = all->items[i].id;
-        index[i] = next[all->items[i].kind]++;
+    uint32_t *order = memory_array(count + bvh->loose_count, sizeof *order);
+    uint32_t next[PRIMITIVE_KINDS] = {0};
+    for (size_t i = 0; i < count; i++) {
+        order[i] = items[i].id;
+        items[i].index = next[items[i].kind]++;
     }
     for (size_t i = 0; i < bvh->loose_count; i++)
-        order[all->count + i] = bvh->loose[i];
+        order[count + i] = bvh->loose[i];
     for (size_t i = 0; i < bvh->node_count; i++)
         for (int slot = 0; slot < BVH_WIDTH; slot++)
             if (bvh->nodes[i].count[slot] > 0)
-                bvh->nodes[i].child[slot] = index[bvh->nodes[i].child[slot]];
-    free(index);
+                bvh->nodes[i].child[slot] = items[bvh->nodes[i].child[slot]].index;
     return order;
+}
+
+/* Collects the items and what they tell. */
+static void collect(struct bvh *bvh, struct collection *all, int threads)
+{
+    const struct plan *plan = all->plan;
+    size_t count = plan->primitive_count;
+    all->count = count;
+    all->items = memory_aligned(count, sizeof *all->items, sizeof *all->items);
+    all->chunks = memory_array(chunk_count(count), sizeof *all->chunks);
+    if (plan->count[PRIMITIVE_TRIANGLE] > 0)
+        all->empty = memory_array(count, sizeof *all->empty);
+    parallel_for(threads, chunk_count(count), collect_chunk, all);
+    bvh->extent = sort_out(bvh, all);
+    if (all->empty)
+        all->count = bvh_presplit(plan, &all->items, all->count, all->empty);
+    bvh->repeats = all->count + bvh->loose_count > count;
+    all->grow = GROWTH * bvh->extent;
+    all->unit = unit_of(bvh->extent);
+    parallel_for(threads, chunk_count(all->count), grow_chunk, all);
+    free(all->chunks);
+    free(all->empty);
 }
 
 uint32_t *bvh_build(struct bvh *bvh, const struct plan *plan, int threads, size_t *order_count)
 {
-    size_t count = plan->primitive_count, chunks = chunk_count(count);
-    struct collection all = {.plan = plan, .count = count};
-    all.items = memory_aligned(count, sizeof *all.items, sizeof(float4));
-    all.sizes = memory_array(chunks, sizeof *all.sizes);
-    bvh->loose = memory_array(count, sizeof *bvh->loose);
-    parallel_for(threads, chunks, collect_chunk, &all);
-    bvh->extent = sort_out(bvh, &all);
-    all.count = bvh_presplit(plan, &all.items, all.count);
-    bvh->repeats = all.count + bvh->loose_count > count;
-    all.grow = GROWTH * bvh->extent;
-    parallel_for(threads, chunk_count(all.count), grow_chunk, &all);
-    bvh->loose = memory_resize(bvh->loose, bvh->loose_count, sizeof *bvh->loose);
+    struct collection all = {.plan = plan};
+    collect(bvh, &all, threads);
+    struct bvh_builder builder = {.items = {all.items}, .unit = all.unit, .threads = threads};
+    builder.leaf_items = memory_array(all.count, sizeof *builder.leaf_items);
     if (all.count > 0) {
-        struct bvh_builder builder = {.items = all.items, .threads = threads};
-        builder.scratch = memory_aligned(all.count, sizeof *builder.scratch, sizeof(float4));
+        builder.items[1] = memory_aligned(all.count, sizeof *all.items, sizeof *all.items);
         bvh_make_nodes(bvh, &builder, all.count);
-        free(builder.scratch);
     }
+    free(builder.items[0]);
+    free(builder.items[1]);
     *order_count = all.count + bvh->loose_count;
-    uint32_t *order = number_leaves(bvh, &all);
-    free(all.items);
-    free(all.sizes);
+    uint32_t *order = number_leaves(bvh, builder.leaf_items, all.count);
+    free(builder.leaf_items);
     return order;
 }
 

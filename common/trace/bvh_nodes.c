@@ -97,7 +97,7 @@ static int find_widest(const struct bvh_range *ranges, int count, bool even)
         const struct bvh_range *range = &ranges[i];
         if (range->count == 1 || (range->is_leaf && !is_leaf))
             continue;
-        double size = even ? (double)range->count : box4_half_area(&range->box);
+        double size = even ? (double)range->count : range->area;
         if (size > most || (is_leaf && !range->is_leaf)) {
             widest = i;
             is_leaf = range->is_leaf;
@@ -120,17 +120,21 @@ static int open_range(const struct bvh_builder *builder, const struct bvh_range 
     return count;
 }
 
-static void set_child(struct bvh_node *node, int slot, const struct bvh_builder *builder,
-                      const struct bvh_range *range)
+static void set_leaf(struct bvh_node *node, int slot, const struct bvh_builder *builder, const struct bvh_range *range)
+{
+    const struct bvh_item *items = builder->items[range->side] + range->first;
+    node->child[slot] = (uint32_t)range->first;
+    node->count[slot] = (uint8_t)range->count;
+    node->kind[slot] = (uint8_t)items[0].kind;
+    for (size_t i = 0; i < range->count; i++)
+        builder->leaf_items[range->first + i] = (struct bvh_leaf_item){.id = items[i].id, .kind = items[i].kind};
+}
+
+static void set_box(struct bvh_node *node, int slot, const struct bvh_range *range, double unit)
 {
     for (int axis = 0; axis < 3; axis++) {
-        node->low[axis][slot] = range->box.low[axis];
-        node->high[axis][slot] = range->box.high[axis];
-    }
-    if (range->is_leaf) {
-        node->child[slot] = (uint32_t)range->first;
-        node->count[slot] = (uint8_t)range->count;
-        node->kind[slot] = (uint8_t)builder->items[range->first].kind;
+        node->low[axis][slot] = (float)(unit * range->box.low[axis]);
+        node->high[axis][slot] = (float)(unit * range->box.high[axis]);
     }
 }
 
@@ -143,10 +147,10 @@ static uint32_t make_node(const struct bvh_builder *builder, struct node_list *n
     struct bvh_node *node = push_node(nodes);
     int count = open_range(builder, range, depth, children);
     for (int i = 0; i < count; i++) {
-        set_child(node, i, builder, &children[i]);
+        set_box(node, i, &children[i], builder->unit);
         if (children[i].is_leaf)
-            continue;
-        if (tasks && children[i].count <= TASK_MAX)
+            set_leaf(node, i, builder, &children[i]);
+        else if (tasks && children[i].count <= TASK_MAX)
             push_task(tasks, &children[i], depth + 1, &node->child[i]);
         else
             node->child[i] = make_node(builder, nodes, tasks, &children[i], depth + 1);
@@ -191,7 +195,7 @@ void bvh_make_nodes(struct bvh *bvh, const struct bvh_builder *builder, size_t i
     struct node_list top = {0};
     struct crew crew = {.builder = *builder};
     crew.builder.threads = 1;
-    struct bvh_range all = bvh_range_make(builder, 0, item_count);
+    struct bvh_range all = bvh_range_make(builder, 0, 0, item_count);
     make_node(builder, &top, &crew.tasks, &all, 0);
     int threads = item_count > TASK_MAX ? builder->threads : 1;
     parallel_for(threads, crew.tasks.count, run_task, &crew);

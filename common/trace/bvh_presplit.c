@@ -49,12 +49,9 @@ static struct piece whole(const struct triangle *triangle)
     return (struct piece){{triangle->a, triangle->b, triangle->c}, 3};
 }
 
-/* How much of its box's surface a triangle cannot fill, as the side of a square. */
-static double emptiness(const struct triangle *t)
+double bvh_emptiness(const struct triangle *t, const struct bounds *bounds)
 {
-    struct piece piece = whole(t);
-    struct bounds bounds = piece_bounds(&piece);
-    struct vec3 size = vec3_sub(bounds.high, bounds.low);
+    struct vec3 size = vec3_sub(bounds->high, bounds->low);
     struct vec3 across = vec3_cross(vec3_sub(t->b, t->a), vec3_sub(t->c, t->a));
     double full = size.x * size.y + size.y * size.z + size.z * size.x;
     double filled = (fabs(across.x) + fabs(across.y) + fabs(across.z)) / 2;
@@ -113,49 +110,39 @@ static void cut(struct cutting *cutting, const struct piece *piece, int cuts)
 
 /* --- what is cut ------------------------------------------------------------------------------------------ */
 
-static const struct triangle *triangle_of(const struct plan *plan, const struct bvh_item *item)
-{
-    return item->kind == PRIMITIVE_TRIANGLE ? &plan->triangles[plan->primitives[item->id].index] : NULL;
-}
-
 /* The mean emptiness of the triangles; INFINITY where cutting does not pay. */
-static double mean_emptiness(const struct plan *plan, const struct bvh_item *items, size_t count)
+static double mean_emptiness(const struct bvh_item *items, size_t count, const float *empty)
 {
     double sum = 0, wasted = 0, triangles = 0;
     for (size_t i = 0; i < count; i++) {
-        const struct triangle *triangle = triangle_of(plan, &items[i]);
-        sum += triangle ? emptiness(triangle) : 0;
-        triangles += triangle ? 1 : 0;
+        sum += empty[items[i].id];
+        triangles += items[i].kind == PRIMITIVE_TRIANGLE;
     }
-    for (size_t i = 0; i < count; i++) {
-        const struct triangle *triangle = triangle_of(plan, &items[i]);
-        double empty = triangle ? emptiness(triangle) : 0;
-        wasted += empty * triangles > WASTED * sum ? empty : 0;
-    }
+    for (size_t i = 0; i < count; i++)
+        wasted += empty[items[i].id] * triangles > WASTED * sum ? empty[items[i].id] : 0;
     return wasted > 0 && wasted >= SHARE * sum ? sum / triangles : INFINITY;
 }
 
-static int cuts_of(const struct plan *plan, const struct bvh_item *item, double mean)
+static int cuts_of(double empty, double mean)
 {
-    const struct triangle *triangle = triangle_of(plan, item);
-    double empty = triangle ? emptiness(triangle) / mean : 0;
-    return empty <= WASTED ? 0 : empty < CUT * CUTS_MAX ? (int)(empty / CUT) : CUTS_MAX;
+    double share = empty / mean;
+    return share <= WASTED ? 0 : share < CUT * CUTS_MAX ? (int)(share / CUT) : CUTS_MAX;
 }
 
-size_t bvh_presplit(const struct plan *plan, struct bvh_item **items, size_t count)
+size_t bvh_presplit(const struct plan *plan, struct bvh_item **items, size_t count, const float *empty)
 {
-    double mean = mean_emptiness(plan, *items, count);
+    double mean = mean_emptiness(*items, count, empty);
     size_t total = count;
-    for (size_t i = 0; i < count; i++)
-        total += (size_t)cuts_of(plan, &(*items)[i], mean);
-    if (total == count)
+    if (mean == INFINITY)
         return count;
-    struct cutting cutting = {.items = memory_aligned(total, sizeof **items, sizeof(float4))};
+    for (size_t i = 0; i < count; i++)
+        total += (size_t)cuts_of(empty[(*items)[i].id], mean);
+    struct cutting cutting = {.items = memory_aligned(total, sizeof **items, sizeof **items)};
     for (size_t i = 0; i < count; i++) {
-        int cuts = cuts_of(plan, &(*items)[i], mean);
         cutting.item = (*items)[i];
+        int cuts = cuts_of(empty[cutting.item.id], mean);
         if (cuts > 0) {
-            struct piece piece = whole(triangle_of(plan, &cutting.item));
+            struct piece piece = whole(&plan->triangles[plan->primitives[cutting.item.id].index]);
             cut(&cutting, &piece, cuts);
         } else {
             cutting.items[cutting.count++] = cutting.item;

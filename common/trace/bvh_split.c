@@ -1,142 +1,59 @@
-/* Cuts a run of items in two: binned surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume
- * Hierarchies", 2007), all three axes in one pass. Long runs are worked on in chunks by several threads; as boxes
- * combine exactly and items keep their order, chunks and threads leave no trace in the result. */
+/* Cuts a range of items in two. Long ranges are worked on in chunks by several threads; as boxes combine exactly and
+ * items keep their order, chunks and threads leave no trace in the result. */
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "trace/bvh_parts.h"
 
 enum {
-    BINS_MAX = 32,
-    BINS_MIN = 4,
-    ITEMS_PER_BIN = 16,         /* one more bin for so many */
-    CHUNK = 1 << 14,            /* items that one thread works on */
-    PARALLEL_MIN = 4 * CHUNK,   /* items; for fewer, starting threads costs more than it gains */
+    CHUNK = 1 << 14,          /* items that one thread works on */
+    PARALLEL_MIN = 4 * CHUNK, /* items; for fewer, starting threads costs more than it gains */
 };
-
-/* Which bins an item's centre falls into: (int)((center − start) scale) along each axis. */
-struct binning {
-    float4 start, scale; /* scale 0: all in bin 0 */
-    int bins;
-};
-
-struct bins {
-    struct box4 box[3][BINS_MAX];
-    uint32_t count[3][BINS_MAX];
-};
-
-/* Items in bins below `bin` along `axis` go to the left. */
-struct plane_split {
-    int axis; /* −1: none */
-    int bin;
-    float start, scale;
-    double cost;
-};
-
-static float4 center_of(const struct bvh_item *item)
-{
-    const int4 xyz = {-1, -1, -1, 0}; /* what else is there would be slow to multiply where it is subnormal */
-    return (float4)((int4)(item->low4 + item->high4) & xyz);
-}
-
-/* --- bins ------------------------------------------------------------------------------------------------- */
-
-static struct binning choose_binning(const struct bvh_range *range)
-{
-    struct binning binning = {.start = range->centers.low, .bins = BINS_MAX};
-    if (range->count < (BINS_MAX - BINS_MIN) * ITEMS_PER_BIN)
-        binning.bins = BINS_MIN + (int)(range->count / ITEMS_PER_BIN);
-    float4 extent = range->centers.high - range->centers.low;
-    for (int axis = 0; axis < 3; axis++) {
-        float scale = (float)binning.bins * (1 - 0x1p-20f) / extent[axis]; /* the last centre within the last bin */
-        binning.scale[axis] = isfinite(scale) ? scale : 0;
-    }
-    return binning;
-}
-
-static void fill_bins(struct bins *bins, const struct binning *binning, const struct bvh_item *items, size_t count)
-{
-    for (int axis = 0; axis < 3; axis++)
-        for (int i = 0; i < binning->bins; i++) {
-            bins->box[axis][i] = box4_empty();
-            bins->count[axis][i] = 0;
-        }
-    for (size_t i = 0; i < count; i++) {
-        float4 low = items[i].low4, high = items[i].high4;
-        int4 at = __builtin_convertvector((center_of(&items[i]) - binning->start) * binning->scale, int4);
-        for (int axis = 0; axis < 3; axis++) {
-            box4_grow(&bins->box[axis][at[axis]], low, high);
-            bins->count[axis][at[axis]]++;
-        }
-    }
-}
-
-static void add_bins(struct bins *to, const struct bins *from, int count)
-{
-    for (int axis = 0; axis < 3; axis++)
-        for (int i = 0; i < count; i++) {
-            box4_grow(&to->box[axis][i], from->box[axis][i].low, from->box[axis][i].high);
-            to->count[axis][i] += from->count[axis][i];
-        }
-}
-
-/* The cheapest of the planes between bins along one axis: least sum of area × items on both sides. */
-static void try_axis(const struct bins *bins, const struct binning *binning, int axis, struct plane_split *best)
-{
-    double right_cost[BINS_MAX];
-    struct box4 box = box4_empty();
-    size_t items = 0;
-    for (int i = binning->bins - 1; i > 0; i--) {
-        box4_grow(&box, bins->box[axis][i].low, bins->box[axis][i].high);
-        items += bins->count[axis][i];
-        right_cost[i] = items ? box4_half_area(&box) * (double)items : INFINITY;
-    }
-    box = box4_empty();
-    items = 0;
-    for (int i = 1; i < binning->bins; i++) {
-        box4_grow(&box, bins->box[axis][i - 1].low, bins->box[axis][i - 1].high);
-        items += bins->count[axis][i - 1];
-        double cost = items ? box4_half_area(&box) * (double)items + right_cost[i] : INFINITY;
-        if (cost < best->cost)
-            *best = (struct plane_split){axis, i, binning->start[axis], binning->scale[axis], cost};
-    }
-}
-
-static struct plane_split cheapest(const struct bins *bins, const struct binning *binning)
-{
-    struct plane_split best = {.axis = -1, .cost = INFINITY};
-    for (int axis = 0; axis < 3; axis++)
-        if (binning->scale[axis] > 0)
-            try_axis(bins, binning, axis, &best);
-    return best;
-}
 
 /* --- one thread ------------------------------------------------------------------------------------------- */
 
-static bool goes_left(const struct bvh_item *item, const struct plane_split *split)
+/* Where the items of a run go, and then the boxes around the centres of the left and the right ones. */
+struct parts {
+    struct bvh_item *to;
+    size_t left, right; /* where in `to` either begin */
+    struct box4 left_centers, right_centers;
+};
+
+static bool goes_left(const struct bvh_item *item, const struct bvh_cut *cut)
 {
-    float center = item->low[split->axis] + item->high[split->axis];
-    return (int)((center - split->start) * split->scale) < split->bin;
+    float center = item->low[cut->axis] + item->high[cut->axis];
+    return (int)((center - cut->start) * cut->scale) < cut->bin;
 }
 
-/* Copies items to where the left ones and the right ones go, in their order. `left` may be `items`. Returns how many
- * went left. */
-static size_t part(const struct bvh_item *items, size_t count, const struct plane_split *split, struct bvh_item *left,
-                   struct bvh_item *right)
+/* Copies items to where they go, in their order. Without branches: they would be guessed wrong every other time. */
+static void part(const struct bvh_item *items, size_t count, const struct bvh_cut *by, struct parts *parts)
 {
-    struct bvh_item *next[2] = {right, left}; /* chosen by index: a branch would be guessed wrong every other time */
-    for (size_t i = 0; i < count; i++)
-        *next[goes_left(&items[i], split)]++ = items[i];
-    return (size_t)(next[1] - left);
+    const struct bvh_cut cut = *by;
+    const int4 all = {-1, -1, -1, -1};
+    struct box4 left = box4_empty(), right = left;
+    struct bvh_item *to = parts->to;
+    size_t left_at = parts->left, both_at = parts->left + parts->right;
+    for (size_t i = 0; i < count; i++) {
+        float4 center = bvh_center(&items[i]);
+        size_t if_left = -(size_t)goes_left(&items[i], &cut), right_at = both_at + i - left_at;
+        int32_t bits = (int32_t)if_left;
+        int4 mask = {bits, bits, bits, bits};
+        float4 right_center = (float4)((int4)center | mask), left_center = (float4)((int4)center | (mask ^ all));
+        box4_grow(&left, left_center, left_center); /* the other one is no number, which boxes ignore */
+        box4_grow(&right, right_center, right_center);
+        to[right_at + ((left_at - right_at) & if_left)] = items[i];
+        left_at -= if_left;
+    }
+    parts->left_centers = left;
+    parts->right_centers = right;
 }
 
 static void measure(struct bvh_range *range, const struct bvh_item *items, size_t count)
 {
     struct box4 box = box4_empty(), centers = box;
     for (size_t i = 0; i < count; i++) {
-        float4 center = center_of(&items[i]);
+        float4 center = bvh_center(&items[i]);
         box4_grow(&box, items[i].low4, items[i].high4);
         box4_grow(&centers, center, center);
     }
@@ -148,14 +65,13 @@ static void measure(struct bvh_range *range, const struct bvh_item *items, size_
 
 /* A long run in chunks. */
 struct chunks {
-    struct bvh_item *items, *scratch; /* of the run */
+    const struct bvh_item *items; /* of the run */
     size_t count;
-    struct binning binning;
-    struct plane_split split;
+    struct bvh_binning binning;
+    struct bvh_cut cut;
     struct chunk {
-        struct bins bins;
-        struct bvh_range range;
-        size_t left, right; /* where its items go in the scratch space */
+        struct bvh_bins bins;
+        struct parts parts;
     } *at;
 };
 
@@ -173,94 +89,59 @@ static size_t chunk_count(size_t count)
 static void chunk_fill_bins(void *context, size_t index)
 {
     struct chunks *chunks = context;
-    fill_bins(&chunks->at[index].bins, &chunks->binning, chunks->items + index * CHUNK, chunk_items(chunks, index));
+    bvh_bins_fill(&chunks->at[index].bins, &chunks->binning, chunks->items + index * CHUNK, chunk_items(chunks, index));
 }
 
 static void chunk_part(void *context, size_t index)
 {
     struct chunks *chunks = context;
-    const struct chunk *chunk = &chunks->at[index];
-    part(chunks->items + index * CHUNK, chunk_items(chunks, index), &chunks->split, chunks->scratch + chunk->left,
-         chunks->scratch + chunk->right);
+    part(chunks->items + index * CHUNK, chunk_items(chunks, index), &chunks->cut, &chunks->at[index].parts);
 }
 
-static void chunk_copy_back(void *context, size_t index)
+static size_t count_lefts(const struct bvh_bins *bins, const struct bvh_cut *cut)
 {
-    struct chunks *chunks = context;
-    memcpy(chunks->items + index * CHUNK, chunks->scratch + index * CHUNK,
-           chunk_items(chunks, index) * sizeof *chunks->items);
-}
-
-static void chunk_measure(void *context, size_t index)
-{
-    struct chunks *chunks = context;
-    struct bvh_range *range = &chunks->at[index].range;
-    measure(range, chunks->items + index * CHUNK, chunk_items(chunks, index));
-}
-
-/* Where the chunks' items go: the left ones of all, then the right ones. Returns how many go left. */
-static size_t place_chunks(struct chunks *chunks)
-{
-    size_t lefts = 0, rights = 0, count = chunk_count(chunks->count);
-    for (size_t i = 0; i < count; i++) {
-        struct chunk *chunk = &chunks->at[i];
-        chunk->left = lefts;
-        for (int bin = 0; bin < chunks->split.bin; bin++)
-            lefts += chunk->bins.count[chunks->split.axis][bin];
-    }
-    for (size_t i = 0; i < count; i++) {
-        struct chunk *chunk = &chunks->at[i];
-        size_t next = i + 1 < count ? chunks->at[i + 1].left : lefts;
-        chunk->right = lefts + rights;
-        rights += chunk_items(chunks, i) - (next - chunk->left);
-    }
+    size_t lefts = 0;
+    for (int bin = 0; bin < cut->bin; bin++)
+        lefts += (size_t)bins->count[cut->axis][bin];
     return lefts;
 }
 
-static size_t split_long(const struct bvh_builder *builder, const struct bvh_range *range)
+static struct bvh_bins fill_bins(struct chunks *chunks, int threads)
 {
-    size_t count = chunk_count(range->count);
-    struct chunks chunks = {.items = builder->items + range->first,
-                            .scratch = builder->scratch + range->first,
-                            .count = range->count,
-                            .binning = choose_binning(range),
-                            .at = memory_aligned(count, sizeof *chunks.at, _Alignof(struct chunk))};
-    parallel_for(builder->threads, count, chunk_fill_bins, &chunks);
-    struct bins bins = chunks.at[0].bins;
+    size_t count = chunk_count(chunks->count);
+    parallel_for(threads, count, chunk_fill_bins, chunks);
+    struct bvh_bins bins = chunks->at[0].bins;
     for (size_t i = 1; i < count; i++)
-        add_bins(&bins, &chunks.at[i].bins, chunks.binning.bins);
-    chunks.split = cheapest(&bins, &chunks.binning);
-    size_t lefts = range->count / 2;
-    if (chunks.split.axis >= 0) {
-        lefts = place_chunks(&chunks);
-        parallel_for(builder->threads, count, chunk_part, &chunks);
-        parallel_for(builder->threads, count, chunk_copy_back, &chunks);
-    }
-    free(chunks.at);
-    return lefts;
+        bvh_bins_add(&bins, &chunks->at[i].bins, &chunks->binning);
+    return bins;
 }
 
-static void measure_long(const struct bvh_builder *builder, struct bvh_range *range)
+/* Each chunk's left items go behind those of the chunk before, and so do the right ones. */
+static void part_chunks(struct chunks *chunks, struct parts *parts, int threads)
 {
-    size_t count = chunk_count(range->count);
-    struct chunks chunks = {.items = builder->items + range->first,
-                            .count = range->count,
-                            .at = memory_aligned(count, sizeof *chunks.at, _Alignof(struct chunk))};
-    parallel_for(builder->threads, count, chunk_measure, &chunks);
-    range->box = range->centers = box4_empty();
+    size_t count = chunk_count(chunks->count);
+    size_t left = parts->left, right = parts->right;
     for (size_t i = 0; i < count; i++) {
-        const struct bvh_range *from = &chunks.at[i].range;
-        box4_grow(&range->box, from->box.low, from->box.high);
-        box4_grow(&range->centers, from->centers.low, from->centers.high);
+        struct chunk *chunk = &chunks->at[i];
+        size_t lefts = count_lefts(&chunk->bins, &chunks->cut);
+        chunk->parts = (struct parts){.to = parts->to, .left = left, .right = right};
+        left += lefts;
+        right += chunk_items(chunks, i) - lefts;
     }
-    free(chunks.at);
+    parallel_for(threads, count, chunk_part, chunks);
+    parts->left_centers = parts->right_centers = box4_empty();
+    for (size_t i = 0; i < count; i++) {
+        const struct parts *from = &chunks->at[i].parts;
+        box4_grow(&parts->left_centers, from->left_centers.low, from->left_centers.high);
+        box4_grow(&parts->right_centers, from->right_centers.low, from->right_centers.high);
+    }
 }
 
 /* --- ranges ----------------------------------------------------------------------------------------------- */
 
-static bool is_long(const struct bvh_builder *builder, size_t count)
+static struct bvh_item *items_of(const struct bvh_builder *builder, const struct bvh_range *range)
 {
-    return builder->threads > 1 && count >= PARALLEL_MIN;
+    return builder->items[range->side] + range->first;
 }
 
 static bool is_of_one_kind(const struct bvh_item *items, size_t count)
@@ -271,54 +152,137 @@ static bool is_of_one_kind(const struct bvh_item *items, size_t count)
     return true;
 }
 
-struct bvh_range bvh_range_make(const struct bvh_builder *builder, size_t first, size_t count)
+/* Fills what follows from the rest. */
+static void complete(const struct bvh_builder *builder, struct bvh_range *range)
 {
-    struct bvh_range range = {.first = first, .count = count};
-    if (is_long(builder, count))
-        measure_long(builder, &range);
-    else
-        measure(&range, builder->items + first, count);
-    range.is_leaf = count <= BVH_LEAF_MAX && is_of_one_kind(builder->items + first, count);
+    range->area = box4_half_area(&range->box);
+    range->is_leaf = range->count <= BVH_LEAF_MAX && is_of_one_kind(items_of(builder, range), range->count);
+}
+
+struct bvh_range bvh_range_make(const struct bvh_builder *builder, int side, size_t first, size_t count)
+{
+    struct bvh_range range = {.first = first, .count = count, .side = (uint8_t)side};
+    measure(&range, items_of(builder, &range), count);
+    complete(builder, &range);
     return range;
 }
 
-static size_t split_short(struct bvh_item *items, struct bvh_item *scratch, const struct bvh_range *range)
+/* The first `lefts` items remain the range, the others become *right. */
+static void divide(const struct bvh_builder *builder, struct bvh_range *range, struct bvh_range *right, size_t lefts)
 {
-    struct binning binning = choose_binning(range);
-    struct bins bins;
-    fill_bins(&bins, &binning, items, range->count);
-    struct plane_split split = cheapest(&bins, &binning);
-    if (split.axis < 0)
-        return range->count / 2;
-    size_t lefts = part(items, range->count, &split, items, scratch);
-    memcpy(items + lefts, scratch, (range->count - lefts) * sizeof *items);
+    *right = bvh_range_make(builder, range->side, range->first + lefts, range->count - lefts);
+    *range = bvh_range_make(builder, range->side, range->first, lefts);
+}
+
+static struct box4 join_bins(const struct bvh_bins *bins, int axis, int from, int to)
+{
+    struct box4 box = box4_empty();
+    for (int i = from; i < to; i++)
+        box4_grow(&box, bins->box[axis][i].low, bins->box[axis][i].high);
+    return box;
+}
+
+/* Moves the run's items into the other array; *bins are all that the run's fill. Returns false, and moves nothing, if
+ * centres do not tell the items apart. */
+static bool cut_long(struct chunks *chunks, struct bvh_bins *bins, struct parts *parts, int threads)
+{
+    chunks->at = memory_aligned(chunk_count(chunks->count), sizeof *chunks->at, _Alignof(struct chunk));
+    *bins = fill_bins(chunks, threads);
+    chunks->cut = bvh_bins_cut(bins, &chunks->binning);
+    bool is_cut = chunks->cut.axis >= 0;
+    if (is_cut) {
+        parts->right = count_lefts(bins, &chunks->cut);
+        part_chunks(chunks, parts, threads);
+    }
+    free(chunks->at);
+    return is_cut;
+}
+
+static bool cut_short(struct chunks *chunks, struct bvh_bins *bins, struct parts *parts)
+{
+    bvh_bins_fill(bins, &chunks->binning, chunks->items, chunks->count);
+    chunks->cut = bvh_bins_cut(bins, &chunks->binning);
+    if (chunks->cut.axis < 0)
+        return false;
+    parts->right = count_lefts(bins, &chunks->cut);
+    part(chunks->items, chunks->count, &chunks->cut, parts);
+    return true;
+}
+
+/* By the surface area heuristic, from one array into the other; into halves if centres do not tell the items apart. */
+static void divide_by_bins(const struct bvh_builder *builder, struct bvh_range *range, struct bvh_range *right)
+{
+    struct chunks run = {.items = items_of(builder, range), .count = range->count, .binning = bvh_binning_of(range)};
+    struct parts parts = {.to = builder->items[!range->side] + range->first};
+    struct bvh_bins bins;
+    bool is_long = builder->threads > 1 && range->count >= PARALLEL_MIN;
+    if (!(is_long ? cut_long(&run, &bins, &parts, builder->threads) : cut_short(&run, &bins, &parts))) {
+        divide(builder, range, right, range->count / 2);
+        return;
+    }
+    *right = (struct bvh_range){.first = range->first + parts.right, .count = range->count - parts.right,
+                                .box = join_bins(&bins, run.cut.axis, run.cut.bin, run.binning.bins),
+                                .centers = parts.right_centers, .side = !range->side};
+    *range = (struct bvh_range){.first = range->first, .count = parts.right,
+                                .box = join_bins(&bins, run.cut.axis, 0, run.cut.bin),
+                                .centers = parts.left_centers, .side = !range->side};
+    complete(builder, range);
+    complete(builder, right);
+}
+
+/* Brings those of the few items to the front, in their order, whose bit in `rights` is 0. Returns how many. */
+static size_t part_few(struct bvh_item *items, size_t count, unsigned rights)
+{
+    struct bvh_item copy[BVH_LEAF_MAX];
+    size_t lefts = count - (size_t)__builtin_popcount(rights), next[2] = {0, lefts};
+    for (size_t i = 0; i < count; i++)
+        copy[next[rights >> i & 1]++] = items[i];
+    for (size_t i = 0; i < count; i++)
+        items[i] = copy[i];
     return lefts;
 }
 
+/* Area × items on both sides, where bits of `rights` are 1 for items on the right. */
+static float cost_of(const struct bvh_item *items, size_t count, unsigned rights)
+{
+    struct box4 box[2] = {box4_empty(), box4_empty()};
+    for (size_t i = 0; i < count; i++)
+        box4_grow(&box[rights >> i & 1], items[i].low4, items[i].high4);
+    float right_count = (float)__builtin_popcount(rights);
+    return box4_half_area(&box[0]) * ((float)count - right_count) + box4_half_area(&box[1]) * right_count;
+}
+
+/* Splits a leaf: there are few enough ways to try them all. The first item stays left; equals stay in their order. */
+static size_t split_few(struct bvh_item *items, size_t count)
+{
+    unsigned end = 1u << count, best = end - (1u << count / 2);
+    float least = cost_of(items, count, best);
+    for (unsigned rights = 2; rights < end; rights += 2) {
+        float cost = cost_of(items, count, rights);
+        best = cost < least ? rights : best;
+        least = cost < least ? cost : least;
+    }
+    return part_few(items, count, best);
+}
+
+/* The kind of the first item goes left. */
 static size_t split_by_kind(struct bvh_item *items, size_t count)
 {
-    size_t lefts = 1;
+    unsigned rights = 0;
     for (size_t i = 1; i < count; i++)
-        if (items[i].kind == items[0].kind) {
-            struct bvh_item swap = items[lefts];
-            items[lefts++] = items[i];
-            items[i] = swap;
-        }
-    return lefts;
+        rights |= (unsigned)(items[i].kind != items[0].kind) << i;
+    return part_few(items, count, rights);
 }
 
 void bvh_split(const struct bvh_builder *builder, struct bvh_range *range, struct bvh_range *right, bool even)
 {
-    struct bvh_item *items = builder->items + range->first;
-    size_t lefts;
+    struct bvh_item *items = items_of(builder, range);
     if (range->count <= BVH_LEAF_MAX && !range->is_leaf)
-        lefts = split_by_kind(items, range->count);
+        divide(builder, range, right, split_by_kind(items, range->count));
     else if (even || range->count == 2)
-        lefts = range->count / 2;
-    else if (is_long(builder, range->count))
-        lefts = split_long(builder, range);
+        divide(builder, range, right, range->count / 2);
+    else if (range->is_leaf)
+        divide(builder, range, right, split_few(items, range->count));
     else
-        lefts = split_short(items, builder->scratch + range->first, range);
-    *right = bvh_range_make(builder, range->first + lefts, range->count - lefts);
-    *range = bvh_range_make(builder, range->first, lefts);
+        divide_by_bins(builder, range, right);
 }
