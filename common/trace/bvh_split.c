@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "trace/bvh_parts.h"
+#include "trace/plan.h"
 
 enum {
     CHUNK = 1 << 14,          /* items that one thread works on */
@@ -152,11 +153,18 @@ static bool is_of_one_kind(const struct bvh_item *items, size_t count)
     return true;
 }
 
+/* Where a primitive's own test is long, more boxes pay. */
+static size_t leaf_most(uint32_t kind)
+{
+    return kind == PRIMITIVE_FRUSTUM ? 2 : BVH_LEAF_MAX;
+}
+
 /* Fills what follows from the rest. */
 static void complete(const struct bvh_builder *builder, struct bvh_range *range)
 {
     range->area = box4_half_area(&range->box);
-    range->is_leaf = range->count <= BVH_LEAF_MAX && is_of_one_kind(items_of(builder, range), range->count);
+    const struct bvh_item *items = items_of(builder, range);
+    range->is_leaf = range->count <= leaf_most(items->kind) && is_of_one_kind(items, range->count);
 }
 
 struct bvh_range bvh_range_make(const struct bvh_builder *builder, int side, size_t first, size_t count)
@@ -277,11 +285,11 @@ static size_t split_by_kind(struct bvh_item *items, size_t count)
 void bvh_split(const struct bvh_builder *builder, struct bvh_range *range, struct bvh_range *right, bool even)
 {
     struct bvh_item *items = items_of(builder, range);
-    if (range->count <= BVH_LEAF_MAX && !range->is_leaf)
+    if (range->count <= BVH_LEAF_MAX && !is_of_one_kind(items, range->count))
         divide(builder, range, right, split_by_kind(items, range->count));
     else if (even || range->count == 2)
         divide(builder, range, right, range->count / 2);
-    else if (range->is_leaf)
+    else if (range->count <= BVH_LEAF_MAX)
         divide(builder, range, right, split_few(items, range->count));
     else
         divide_by_bins(builder, range, right);
