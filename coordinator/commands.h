@@ -6,5 +6,6 @@
 
 int command_render(int argc, char **argv);
 int command_check(int argc, char **argv);
+int command_compare(int argc, char **argv);
 
 #endif

@@ -13,6 +13,7 @@ static const struct {
 } commands[] = {
     {"render", command_render, "render scenes on local and remote workers"},
     {"check", command_check, "check a scene and print what it needs"},
+    {"compare", command_compare, "say how far two images are apart"},
 };
 
 enum { COMMANDS = sizeof commands / sizeof *commands };

@@ -55,6 +55,15 @@ double colour_decode_srgb(double encoded)
     return value <= 0.04045 ? value / 12.92 : math_pow((value + 0.055) / 1.055, 2.4);
 }
 
+void colour_encode_srgb_many(const float *linear, size_t count, double *encoded)
+{
+    for (size_t i = 0; i < count; i++) {
+        double value = clamped(linear[i]), power = 1.055 * math_pow_unit(value, 1 / 2.4) - 0.055;
+        power = value < 1 ? power : 1;
+        encoded[i] = value <= STRAIGHT ? 12.92 * value : power;
+    }
+}
+
 /* The definition: the code nearest to highest × encoded, rounding half up. */
 static int quantized(double linear, double highest)
 {

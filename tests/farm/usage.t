@@ -47,6 +47,18 @@ wrong 'expected one scene' "$weft" check
 wrong 'expected one scene' "$weft" check "$first" "$first"
 wrong '--nosuch: unknown' "$weft" check --nosuch "$first"
 
+wrong 'expected two images' "$weft" compare
+wrong 'expected two images' "$weft" compare one.png
+wrong 'expected two images' "$weft" compare one.png two.png three.png
+wrong '--nosuch: unknown' "$weft" compare --nosuch one.png two.png
+for number in -1 1.1 nan inf 0x1 many ''; do
+    wrong "--max-rmse: expected a number from 0 to 1, found \"$number\"" "$weft" compare --max-rmse "$number" one.png two.png
+done
+for number in 9 1001 many; do
+    wrong "--ppd: expected a number from 10 to 1000, found \"$number\"" "$weft" compare --ppd "$number" one.png two.png
+done
+wrong 'd.pfm: expected an output that ends with .png' "$weft" compare -o d.pfm one.png two.png
+
 wrong 'expected one endpoint, found 0' "$worker"
 wrong 'expected one endpoint, found 2' "$worker" 127.0.0.1 127.0.0.2
 wrong '--threads: expected a whole number from 1 to 1024' "$worker" --threads 0 127.0.0.1
@@ -95,7 +107,7 @@ for option in $(sed -n '/option_spec options/,/^};/s/^    {[^"]*"\([a-z-]*\)".*/
 done
 exits 2 "weft without a command is wrong usage" "$weft"
 like "and shows the help" "$err" '^usage: weft COMMAND'
-for program in "$weft" "$weft render" "$weft check" "$worker"; do
+for program in "$weft" "$weft render" "$weft check" "$weft compare" "$worker"; do
     # shellcheck disable=SC2086 # program and command
     exits 0 "${program##*/} --version" $program --version
     like "prints it" "$out" '^weft(-worker)? [0-9]+\.[0-9]+\.[0-9]+$'

@@ -92,6 +92,21 @@ static void all_codes_survive_the_round_trip(void **state)
         assert_int_equal(quantize16(colour_decode_srgb(code / 65535.0)), code);
 }
 
+/* Floats of all magnitudes, and some that are out of range. */
+static void many_at_once_are_encoded_alike(void **state)
+{
+    (void)state;
+    enum { COUNT = 4099 };
+    float linear[COUNT] = {0, -0.0f, 1, -1, 7, 0x1.fffffep-1f, INFINITY, -INFINITY, 0.0031308f, 0x1p-149f};
+    double encoded[COUNT];
+    for (uint32_t i = 10; i < COUNT; i++)
+        linear[i] = i % 2 ? hash_u32(SEED + i) * 0x1p-32f : ldexpf(1, -(int)(i % 150)) * (1 + i / (float)COUNT);
+    colour_encode_srgb_many(linear, COUNT, encoded);
+    for (int i = 0; i < COUNT; i++)
+        assert_float_equal(encoded[i], colour_encode_srgb(linear[i]), 1e-14);
+    assert_true(encoded[0] == 0 && encoded[2] == 1 && encoded[3] == 0 && encoded[4] == 1 && encoded[6] == 1);
+}
+
 /* Both sides of every border between codes, which encoding has to be monotonic to place. */
 static void check_borders(double highest, int (*quantize)(double), int neighbours)
 {
@@ -150,6 +165,7 @@ int main(void)
         cmocka_unit_test(the_curve_is_that_of_the_standard),
         cmocka_unit_test(what_is_outside_is_clamped),
         cmocka_unit_test(all_codes_survive_the_round_trip),
+        cmocka_unit_test(many_at_once_are_encoded_alike),
         cmocka_unit_test(quantizers_equal_their_definition_at_the_borders),
         cmocka_unit_test(quantizers_equal_their_definition_between_parts),
         cmocka_unit_test(quantizers_equal_their_definition_anywhere),
