@@ -48,6 +48,7 @@ static const struct name primitive_names[PRIMITIVE_KINDS] = {
     [PRIMITIVE_FRUSTUM] = {"cylinder or cone", "cylinders or cones"},
     [PRIMITIVE_BOX] = {"box", "boxes"},
     [PRIMITIVE_TRIANGLE] = {"triangle", "triangles"},
+    [PRIMITIVE_INSTANCE] = {"instance of a shared mesh", "instances of shared meshes"},
 };
 
 static const struct name texture_names[TEXTURE_KINDS] = {
@@ -112,6 +113,9 @@ static void print_compiled_in(const struct plan_facts *facts)
     count_materials(facts, materials);
     puts("compiled in:");
     print_present("primitives", primitive_names, facts->primitives_of, PRIMITIVE_KINDS);
+    if (facts->shared_meshes)
+        printf("  shared: %zu %s of %zu triangles, kept once (%zu bytes with what finds them)\n", facts->shared_meshes,
+               facts->shared_meshes == 1 ? "mesh" : "meshes", facts->shared_triangles, facts->shared_bytes);
     print_search(facts);
     print_present("lights", light_names, facts->lights_of, LIGHT_KINDS);
     print_present("objects by texture", texture_names, facts->textured, TEXTURE_KINDS);

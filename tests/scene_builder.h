@@ -176,6 +176,14 @@ static inline struct object *scene_add(struct scene *scene, struct shape shape, 
     return &scene->objects[scene->object_count++];
 }
 
+/* Another object with the mesh of that one, as if they came from one file. It moves if another one is added. */
+static inline struct object *scene_share(struct scene *scene, size_t object, struct material material)
+{
+    struct shape shape = scene->objects[object].shape;
+    shape.mesh.shared = true;
+    return scene_add(scene, shape, material);
+}
+
 static inline void scene_add_light(struct scene *scene, struct light light)
 {
     scene->lights =
@@ -224,25 +232,32 @@ static inline struct trace_settings settings_of(const struct scene *scene)
 }
 
 /* All pixels, rows from the top, which the caller frees. counts may be NULL. */
-static inline struct vec3 *scene_render(const struct scene *scene, const struct kernel *kernel,
-                                        struct ray_counts *counts)
+static inline struct vec3 *plan_render(const struct plan *plan, const struct kernel *kernel, struct ray_counts *counts)
 {
-    struct trace_settings settings = settings_of(scene);
-    struct plan *plan = plan_create(scene, &settings, 1);
+    const uint32_t width = plan->settings.width, height = plan->settings.height;
     struct tracer *tracer = tracer_create(plan, kernel);
-    struct vec3 *pixels = memory_array((size_t)scene->width * scene->height, sizeof *pixels);
-    struct ray_counts *rows = memory_array(scene->height, sizeof *rows);
-    for (uint32_t y0 = 0, y1; y0 < scene->height; y0 = y1) {
-        y1 = y0 + 7 < scene->height ? y0 + 7 : scene->height;
-        tracer_area(tracer, &(struct pixel_area){0, scene->width, y0, y1}, pixels + (size_t)y0 * scene->width, &rows[y0]);
+    struct vec3 *pixels = memory_array((size_t)width * height, sizeof *pixels);
+    struct ray_counts *rows = memory_array(height, sizeof *rows);
+    for (uint32_t y0 = 0, y1; y0 < height; y0 = y1) {
+        y1 = y0 + 7 < height ? y0 + 7 : height;
+        tracer_area(tracer, &(struct pixel_area){0, width, y0, y1}, pixels + (size_t)y0 * width, &rows[y0]);
     }
-    for (uint32_t y = 0; counts && y < scene->height; y++) {
+    for (uint32_t y = 0; counts && y < height; y++) {
         counts->camera += rows[y].camera;
         counts->secondary += rows[y].secondary;
         counts->shadow += rows[y].shadow;
     }
     free(rows);
     tracer_destroy(&tracer);
+    return pixels;
+}
+
+static inline struct vec3 *scene_render(const struct scene *scene, const struct kernel *kernel,
+                                        struct ray_counts *counts)
+{
+    struct trace_settings settings = settings_of(scene);
+    struct plan *plan = plan_create(scene, &settings, 1);
+    struct vec3 *pixels = plan_render(plan, kernel, counts);
     plan_destroy(&plan);
     return pixels;
 }

@@ -15,4 +15,7 @@ enum status scene_load(struct scene *scene, const char *name, struct asset_set *
 enum status scene_load_with(struct scene *scene, const char *name, struct asset_set *assets, enum image_use use,
                             struct error *error);
 
+/* Refuses, likewise, a scene of more than SCENE_PRIMITIVES_MAX primitives; scene_load does. */
+enum status scene_check_size(const struct scene *scene, const char *name, struct error *error);
+
 #endif

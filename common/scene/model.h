@@ -197,6 +197,9 @@ struct scene {
     size_t image_count, image_capacity;
 };
 
+/* Primitives, with each triangle of each object, are told apart by numbers of 32 bits, of which the last is none. */
+#define SCENE_PRIMITIVES_MAX UINT32_MAX
+
 enum {
     SCENE_DEPTH_MAX = 64,
     SCENE_DEPTH_DEFAULT = 8,

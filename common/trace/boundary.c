@@ -30,7 +30,7 @@ static struct crossing crossing_at(const struct hit_batch *hits, size_t index, u
 
 static bool is_wall(const struct plan *plan, uint32_t id)
 {
-    return id != PRIMITIVE_NONE && (plan->primitives[id].traits & TRAIT_REFRACTS);
+    return id != PRIMITIVE_NONE && (plan_primitive(plan, id)->traits & TRAIT_REFRACTS);
 }
 
 static void replace_hit(struct hit_batch *hits, const struct crossing *by)
@@ -70,7 +70,7 @@ static bool is_crossed_already(const struct plan *plan, const struct medium_pool
     uint32_t id = hit_batch_id(hits, i);
     if (!is_wall(plan, id))
         return false;
-    bool is_inside = medium_holds(media, paths->medium[i], plan->primitives[id].object);
+    bool is_inside = medium_holds(media, paths->medium[i], plan_primitive(plan, id)->object);
     return is_inside == (hit_batch_side(hits, i) == SIDE_ENTER);
 }
 

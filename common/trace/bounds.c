@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "trace/instance.h"
+
 static struct bounds around(struct vec3 center, struct vec3 half)
 {
     return (struct bounds){vec3_sub(center, half), vec3_add(center, half)};
@@ -58,17 +60,17 @@ static struct bounds box_bounds(const struct box *box)
     return around(mat3_apply(&m, center), vec3_make(reach(m.x, half), reach(m.y, half), reach(m.z, half)));
 }
 
-static struct bounds triangle_bounds(const struct triangle *triangle)
+struct bounds bounds_of_triangle(const struct triangle *triangle)
 {
     struct bounds a = {triangle->a, triangle->a}, b = {triangle->b, triangle->b}, c = {triangle->c, triangle->c};
     struct bounds ab = bounds_join(&a, &b);
     return bounds_join(&ab, &c);
 }
 
-bool bounds_of_primitive(const struct plan *plan, uint32_t id, struct bounds *bounds)
+bool bounds_of_primitive(const struct plan *plan, uint32_t number, struct bounds *bounds)
 {
-    uint32_t index = plan->primitives[id].index;
-    switch ((enum primitive_kind)plan->primitives[id].kind) {
+    uint32_t index = plan->primitives[number].index;
+    switch ((enum primitive_kind)plan->primitives[number].kind) {
     case PRIMITIVE_SPHERE:
         *bounds = sphere_bounds(&plan->spheres[index]);
         return true;
@@ -88,7 +90,10 @@ bool bounds_of_primitive(const struct plan *plan, uint32_t id, struct bounds *bo
         *bounds = box_bounds(&plan->boxes[index]);
         return true;
     case PRIMITIVE_TRIANGLE:
-        *bounds = triangle_bounds(&plan->triangles[index]);
+        *bounds = bounds_of_triangle(&plan->triangles[index]);
+        return true;
+    case PRIMITIVE_INSTANCE:
+        *bounds = plan->instances[index].bounds;
         return true;
     default:
         return false;
@@ -100,10 +105,10 @@ bool bounds_of_object(const struct plan *plan, size_t object, struct bounds *bou
     size_t end = object + 1 < plan->object_count ? plan->objects[object + 1].first_primitive : plan->primitive_count;
     size_t first = plan->objects[object].first_primitive;
     struct bounds one;
-    for (size_t id = first; id < end; id++) {
-        if (!bounds_of_primitive(plan, (uint32_t)id, &one))
+    for (size_t number = first; number < end; number++) {
+        if (!bounds_of_primitive(plan, (uint32_t)number, &one))
             return false;
-        *bounds = id == first ? one : bounds_join(bounds, &one);
+        *bounds = number == first ? one : bounds_join(bounds, &one);
     }
     return true;
 }

@@ -153,10 +153,10 @@ static bool is_of_one_kind(const struct bvh_item *items, size_t count)
     return true;
 }
 
-/* Where a primitive's own test is long, more boxes pay. */
+/* Where a primitive's own test is long, more boxes pay; and what is in an instance costs far more than a box. */
 static size_t leaf_most(uint32_t kind)
 {
-    return kind == PRIMITIVE_FRUSTUM ? 2 : BVH_LEAF_MAX;
+    return kind == PRIMITIVE_INSTANCE ? 1 : kind == PRIMITIVE_FRUSTUM ? 2 : BVH_LEAF_MAX;
 }
 
 /* Fills what follows from the rest. */

@@ -70,7 +70,7 @@ struct walls {
 
 static const struct plan_material *material_of(const struct plan *plan, const struct crossing *wall)
 {
-    return &plan->materials[plan->objects[plan->primitives[wall->id].object].material];
+    return &plan->materials[plan->objects[plan_primitive(plan, wall->id)->object].material];
 }
 
 static double medium_ior(const struct plan *plan, const struct medium_pool *media, uint32_t medium)
@@ -84,7 +84,7 @@ static double medium_ior(const struct plan *plan, const struct medium_pool *medi
 static uint32_t medium_beyond(const struct plan *plan, struct medium_pool *media, uint32_t medium, struct walls walls)
 {
     for (size_t i = 0; i < walls.count; i++) {
-        uint32_t object = plan->primitives[walls.items[i].id].object;
+        uint32_t object = plan_primitive(plan, walls.items[i].id)->object;
         medium = walls.items[i].side == SIDE_ENTER ? medium_push(media, medium, object)
                                                    : medium_remove(media, medium, object);
     }

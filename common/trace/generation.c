@@ -84,6 +84,7 @@ bool generation_find_surfaces(struct generation *g)
     const struct plan *plan = g->plan;
     surfaces_sort(&g->surfaces, g->paths.rays.count);
     g->kernel->collect(plan, &g->paths, &g->hits, &g->surfaces);
+    surfaces_place(&g->surfaces, plan);
     g->used_footprints = needs_footprints(g);
     if (g->used_footprints && !g->paths.has_footprints)
         return false;

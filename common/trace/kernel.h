@@ -56,7 +56,7 @@ struct kernel {
                     struct surfaces *surfaces);
 
     /* Points, normals and, where the plan needs them, footprints: part, position, error, normal, spread;
-     * shading_normal as if no mesh were smooth, and turned nowhere yet. */
+     * shading_normal as if no mesh were smooth, and turned nowhere yet. Instances' triangles have been placed. */
     void (*surface)(const struct plan *plan, const struct path_batch *paths, struct surfaces *surfaces);
 
     /* From normal and shading_normal: facing, and shading_normal turned likewise. */

@@ -1,6 +1,7 @@
 /* The scalar kernel: one ray, one primitive at a time, behind a plain tree. The others are measured against it. */
 #include <math.h>
 
+#include "trace/instance.h"
 #include "trace/intersect_flat.h"
 #include "trace/lanes/exports.h"
 
@@ -20,13 +21,28 @@ struct walk {
 /* Takes a primitive that the ray may meet. Returns false to end the walk. */
 typedef bool visit(struct walk *walk, uint32_t id);
 
+/* Where a tree is walked through: the world, or the mesh of an instance. */
+struct space {
+    const struct bvh_node *nodes;
+    const struct instance *instance; /* or NULL */
+    double origin[3], inverse[3];    /* the ray's, the latter of its direction's coordinates */
+    double slop;                     /* by how much the ends of what is of interest are moved */
+};
+
+static struct space space_make(const struct bvh *bvh, struct vec3 origin, struct vec3 direction)
+{
+    return (struct space){.nodes = bvh->nodes,
+                          .origin = {origin.x, origin.y, origin.z},
+                          .inverse = {1 / direction.x, 1 / direction.y, 1 / direction.z}};
+}
+
 /* Whether the ray is within the child's box for some t of interest. The far end is widened by the error of the two
  * roundings that lead to it (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013); in this order of the operands a ray
  * that runs in the plane of a face (0 × ∞) is not lost. */
-static bool meets(const struct walk *walk, const double inverse[3], const struct bvh_node *node, int child)
+static bool meets(const struct walk *walk, const struct space *space, const struct bvh_node *node, int child)
 {
-    const double origin[3] = {walk->ray.origin.x, walk->ray.origin.y, walk->ray.origin.z};
-    double near = walk->ray.t_min, far = walk->t_limit;
+    const double *origin = space->origin, *inverse = space->inverse;
+    double near = walk->ray.t_min - space->slop, far = walk->t_limit + space->slop;
     for (int axis = 0; axis < 3; axis++) {
         double t0 = (node->low[axis][child] - origin[axis]) * inverse[axis];
         double t1 = (node->high[axis][child] - origin[axis]) * inverse[axis];
@@ -37,31 +53,56 @@ static bool meets(const struct walk *walk, const double inverse[3], const struct
     return near <= far;
 }
 
-static bool walk_leaf(struct walk *walk, const struct bvh_node *node, int child, visit *take)
+static bool walk_tree(struct walk *walk, const struct space *space, visit *take);
+
+/* Takes all triangles of an instance that the ray may meet. */
+static bool walk_instance(struct walk *walk, const struct instance *instance, visit *take)
 {
-    const uint32_t *ids = walk->plan->ids[node->kind[child]] + node->child[child];
-    for (int i = 0; i < node->count[child]; i++)
-        if (!take(walk, ids[i]))
+    const struct bvh *bvh = &instance->mesh->bvh;
+    struct space space = space_make(bvh, instance_origin(instance, walk->ray.origin),
+                                    instance_direction(instance, walk->ray.direction));
+    space.instance = instance;
+    space.slop = instance->slop;
+    for (size_t i = 0; i < bvh->loose_count; i++)
+        if (!take(walk, instance->first_id + bvh->loose[i]))
             return false;
+    return walk_tree(walk, &space, take);
+}
+
+static bool walk_primitive(struct walk *walk, const struct primitive *primitive, visit *take)
+{
+    if (primitive->kind == PRIMITIVE_INSTANCE)
+        return walk_instance(walk, &walk->plan->instances[primitive->index], take);
+    return take(walk, primitive->id);
+}
+
+static bool walk_leaf(struct walk *walk, const struct space *space, const struct bvh_node *node, int child,
+                      visit *take)
+{
+    const struct plan *plan = walk->plan;
+    for (size_t i = node->child[child]; i < node->child[child] + node->count[child]; i++) {
+        bool goes_on = space->instance
+                           ? take(walk, space->instance->first_id + space->instance->mesh->order[i])
+                           : walk_primitive(walk, plan_primitive(plan, plan->ids[node->kind[child]][i]), take);
+        if (!goes_on)
+            return false;
+    }
     return true;
 }
 
-static bool walk_tree(struct walk *walk, visit *take)
+static bool walk_tree(struct walk *walk, const struct space *space, visit *take)
 {
-    const struct bvh *bvh = &walk->plan->bvh;
-    const struct vec3 d = walk->ray.direction;
-    const double inverse[3] = {1 / d.x, 1 / d.y, 1 / d.z};
     uint32_t stack[BVH_STACK_MAX];
     size_t depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
-        const struct bvh_node *node = &bvh->nodes[stack[--depth]];
+        const struct bvh_node *node = &space->nodes[stack[--depth]];
         for (int child = 0; child < BVH_WIDTH; child++) {
-            if (!meets(walk, inverse, node, child))
+            if (!meets(walk, space, node, child))
                 continue;
             if (node->count[child] == 0)
                 stack[depth++] = node->child[child];
-            else if (!walk_leaf(walk, node, child, take))
+            else if (!walk_leaf(walk, space, node, child, take))
                 return false;
         }
     }
@@ -72,15 +113,16 @@ static void walk_scene(struct walk *walk, visit *take)
 {
     const struct plan *plan = walk->plan;
     if (plan->bvh.node_count == 0) {
-        for (uint32_t id = 0; id < plan->primitive_count; id++)
-            if (!take(walk, id))
+        for (size_t i = 0; i < plan->primitive_count; i++)
+            if (!walk_primitive(walk, &plan->primitives[i], take))
                 return;
         return;
     }
     for (size_t i = 0; i < plan->bvh.loose_count; i++)
-        if (!take(walk, plan->bvh.loose[i]))
+        if (!walk_primitive(walk, &plan->primitives[plan->bvh.loose[i]], take))
             return;
-    walk_tree(walk, take);
+    struct space space = space_make(&plan->bvh, walk->ray.origin, walk->ray.direction);
+    walk_tree(walk, &space, take);
 }
 
 static struct walk start_walk(const struct plan *plan, const struct ray_batch *rays, size_t index)
@@ -135,7 +177,7 @@ static bool take_shadow(struct walk *walk, uint32_t id)
 {
     struct roots roots = walk_roots(walk, id);
     bool enters = roots.enter < INFINITY, leaves = roots.leave < INFINITY;
-    if (walk->plan->primitives[id].blocks_light) {
+    if (plan_primitive(walk->plan, id)->blocks_light) {
         walk->hit.id = enters || leaves ? id : PRIMITIVE_NONE;
         return walk->hit.id == PRIMITIVE_NONE;
     }

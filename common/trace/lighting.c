@@ -137,7 +137,7 @@ static struct vec3 absorbed(struct vec3 absorption, double length)
 
 static uint32_t object_of(const struct plan *plan, const struct crossing *crossing)
 {
-    return plan->primitives[crossing->id].object;
+    return plan_primitive(plan, crossing->id)->object;
 }
 
 /* Where the object that is left at run[at] was entered: at the nearest crossing before that is not yet paired with a

@@ -31,6 +31,7 @@ enum primitive_kind {
     PRIMITIVE_FRUSTUM,
     PRIMITIVE_BOX,
     PRIMITIVE_TRIANGLE,
+    PRIMITIVE_INSTANCE, /* all triangles of an object whose mesh is shared: see instance.h */
     PRIMITIVE_KINDS,
 };
 
@@ -43,29 +44,33 @@ enum material_trait {
     TRAIT_HIGHLIGHTS = 16,
 };
 
-/* Primitives are numbered in the order of the scene's objects; a mesh's triangles follow one another. The
- * number is the id by which ties between hits are settled. */
+/* Primitives are in the order of the scene's objects; a mesh's triangles follow one another. So do the ids by which
+ * ties between hits are settled; an instance has one for each of its triangles. Without instances, a primitive's id is
+ * its number, its place in plan.primitives. */
 struct primitive {
     uint8_t kind;        /* enum primitive_kind */
     bool blocks_light;   /* its material lets nothing through */
-    int8_t flat_axis;    /* the coordinate of the object that is constant on it, 0..2, or −1 */
+    int8_t flat_axis;    /* the coordinate of the object that is constant on it, 0..2, or −1; of no instance */
     uint8_t traits;      /* of its material */
     uint32_t index;      /* into the plan's array of that kind */
     uint32_t object;     /* into plan.objects */
+    uint32_t id;         /* of an instance: that of its first triangle */
 };
 
 struct plan_object {
     uint32_t material;
     uint32_t texture;         /* of the material's colour */
     uint32_t mesh;            /* index into plan.meshes, or UINT32_MAX */
-    uint32_t first_primitive;
+    bool shares_mesh;         /* with other objects, be it as an instance or as a copy */
+    uint32_t first_primitive; /* its number */
     double extent;            /* a bound on its coordinates relative to its own centre; 0 for planes and meshes */
     double leave_share;       /* of the distance at which rays leave it, by which that is moved along: leave_delay */
 };
 
-/* A mesh's per-vertex data, in world orientation. Arrays are NULL where the mesh has none. */
+/* A mesh's per-vertex data. Arrays are NULL where the mesh has none. */
 struct plan_mesh {
-    struct vec3 *normals;
+    bool smooth;          /* has normals */
+    struct vec3 *normals; /* in world orientation; none where an instance places them when they are asked for */
     const double *uv; /* borrowed from the scene */
     const uint32_t *index; /* borrowed from the scene: corners a, b, c of each triangle */
     bool mirrored;         /* the transform turned the winding over: the plan's triangles are a, c, b */
@@ -118,6 +123,15 @@ struct plan_camera {
     struct vec3 corner, right, down;
 };
 
+/* Where the ids of an instance are. */
+struct instance_ids {
+    uint32_t first, end; /* end: one behind the last */
+    uint32_t number;     /* into plan.primitives */
+};
+
+struct instance;
+struct shared_mesh;
+
 struct plan {
     struct trace_settings settings;
     uint32_t depth;
@@ -136,9 +150,18 @@ struct plan {
     struct frustum *frustums;
     struct box *boxes;
     struct triangle *triangles;
+    struct instance *instances;
     size_t count[PRIMITIVE_KINDS];  /* of each kind */
     uint32_t *ids[PRIMITIVE_KINDS]; /* of each kind's elements, which are in the order of the tree's leaves, with copies
                                      * of what is in several */
+
+    size_t id_count;                    /* ids are below */
+    uint32_t first_instance_id;         /* ids below are numbers; UINT32_MAX without instances */
+    struct instance_ids *instance_ids;  /* of each instance, rising */
+    struct shared_mesh *shared_meshes;
+    size_t shared_mesh_count;
+    struct welded *welded;              /* of instances' triangles, whose ids rise: see plan_weld */
+    size_t welded_count;
 
     struct bvh bvh; /* empty where there are too few primitives for one */
 
@@ -174,11 +197,33 @@ void plan_destroy(struct plan **plan);
  * rounding makes of them, far below what can be seen. */
 #define COINCIDENCE 0x1p-40
 
+/* The number of the primitive that has this id, which is not below first_instance_id; or of the instance that has such
+ * a triangle. */
+uint32_t plan_number_among_instances(const struct plan *plan, uint32_t id);
+
+static inline uint32_t plan_number(const struct plan *plan, uint32_t id)
+{
+    return id < plan->first_instance_id ? id : plan_number_among_instances(plan, id);
+}
+
+static inline const struct primitive *plan_primitive(const struct plan *plan, uint32_t id)
+{
+    return &plan->primitives[plan_number(plan, id)];
+}
+
+static inline bool primitive_is_of_mesh(const struct primitive *primitive)
+{
+    return primitive->kind == PRIMITIVE_TRIANGLE || primitive->kind == PRIMITIVE_INSTANCE;
+}
+
 /* The share of its distance by which a root is moved along that leaves the primitive. */
 static inline double primitive_leave_share(const struct primitive *primitive)
 {
     return primitive->blocks_light ? 0 : COINCIDENCE;
 }
+
+/* Triangle `id`; of an instance, placed in the world, to the bit as a copy would be. */
+struct triangle plan_triangle(const struct plan *plan, uint32_t id);
 
 /* What a ray that goes into primitive `id` meets behind its surface. */
 enum wall plan_wall(const struct plan *plan, uint32_t id);

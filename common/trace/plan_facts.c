@@ -1,14 +1,25 @@
 #include "trace/plan_facts.h"
 
+#include "trace/instance.h"
+
 static void count_primitives(struct plan_facts *facts, const struct plan *plan)
 {
     facts->objects = plan->object_count;
-    facts->primitives = plan->primitive_count;
+    facts->primitives = plan->id_count;
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
         facts->primitives_of[kind] = plan->count[kind];
     facts->tree_nodes = plan->bvh.node_count;
     facts->tree_bytes = plan->bvh.node_count * sizeof *plan->bvh.nodes;
     facts->loose = plan->bvh.loose_count;
+}
+
+static void count_shared_meshes(struct plan_facts *facts, const struct plan *plan)
+{
+    facts->shared_meshes = plan->shared_mesh_count;
+    for (size_t i = 0; i < plan->shared_mesh_count; i++) {
+        facts->shared_triangles += plan->shared_meshes[i].mesh->triangle_count;
+        facts->shared_bytes += shared_mesh_bytes(&plan->shared_meshes[i]);
+    }
 }
 
 static void count_object(struct plan_facts *facts, const struct plan *plan, const struct scene *scene, size_t index)
@@ -23,7 +34,7 @@ static void count_object(struct plan_facts *facts, const struct plan *plan, cons
     facts->dielectric += material->dielectric;
     facts->transparent += (material->traits & TRAIT_TRANSMITS) && !material->dielectric;
     facts->absorbing += material->absorbs;
-    facts->smooth += object->mesh != UINT32_MAX && plan->meshes[object->mesh].normals;
+    facts->smooth += object->mesh != UINT32_MAX && plan->meshes[object->mesh].smooth;
 }
 
 static void count_images(struct plan_facts *facts, const struct plan *plan)
@@ -55,6 +66,7 @@ struct plan_facts plan_facts_of(const struct plan *plan, const struct scene *sce
         .touching = plan->contact_count > 0,
     };
     count_primitives(&facts, plan);
+    count_shared_meshes(&facts, plan);
     for (size_t i = 0; i < plan->object_count; i++)
         count_object(&facts, plan, scene, i);
     count_images(&facts, plan);

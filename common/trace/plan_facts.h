@@ -9,7 +9,9 @@
 enum { TEXTURE_KINDS = TEXTURE_IMAGE + 1, LIGHT_KINDS = LIGHT_SPOT + 1 };
 
 struct plan_facts {
-    size_t objects, primitives, primitives_of[PRIMITIVE_KINDS];
+    size_t objects, primitives, primitives_of[PRIMITIVE_KINDS]; /* primitives: with each instance's triangles */
+    size_t shared_meshes, shared_triangles, shared_bytes; /* what instances are of; bytes: of what is kept beside the
+                                                           * scene */
     size_t tree_nodes, tree_bytes; /* 0: there is no tree */
     size_t loose;                  /* primitives beside the tree */
 

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "trace/instance.h"
 #include "trace/plan_parts.h"
 
 /* How many elements ahead of its use one is fetched: they come from all over memory. */
@@ -14,18 +15,28 @@ static void fetch(const char *element, size_t size)
     __builtin_prefetch(element + size - 1);
 }
 
-/* The array with elements in the order of ids, whose primitives still have the old indices. Frees the old one. */
-static inline void *in_order(const struct plan *plan, void *array, size_t size, const uint32_t *ids, size_t count)
+/* The array with elements in the order of `numbers`, whose primitives still have the old indices. Frees the old one. */
+static inline void *in_order(const struct plan *plan, void *array, size_t size, const uint32_t *numbers, size_t count)
 {
     const char *from = array;
     char *moved = memory_array(count + BVH_LEAF_MAX - 1, size);
     for (size_t i = 0; i < count; i++) {
         if (i + AHEAD < count)
-            fetch(from + plan->primitives[ids[i + AHEAD]].index * size, size);
-        memcpy(moved + i * size, from + plan->primitives[ids[i]].index * size, size);
+            fetch(from + plan->primitives[numbers[i + AHEAD]].index * size, size);
+        memcpy(moved + i * size, from + plan->primitives[numbers[i]].index * size, size);
     }
     free(array);
     return moved;
+}
+
+/* From numbers to ids, which are the same without instances. */
+static void find_ids(const struct plan *plan, const size_t *room)
+{
+    if (plan->count[PRIMITIVE_INSTANCE] == 0)
+        return;
+    for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
+        for (size_t i = 0; i < room[kind]; i++)
+            plan->ids[kind][i] = plan->primitives[plan->ids[kind][i]].id;
 }
 
 void plan_order(struct plan *plan, const uint32_t *order, size_t count)
@@ -36,12 +47,14 @@ void plan_order(struct plan *plan, const uint32_t *order, size_t count)
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
         plan->ids[kind] = memory_array(room[kind], sizeof *plan->ids[kind]);
     for (size_t i = 0; i < count; i++) {
-        uint32_t id = order ? order[i] : (uint32_t)i;
-        enum primitive_kind kind = plan->primitives[id].kind;
-        plan->ids[kind][next[kind]++] = id;
+        uint32_t number = order ? order[i] : (uint32_t)i;
+        enum primitive_kind kind = plan->primitives[number].kind;
+        plan->ids[kind][next[kind]++] = number;
     }
-    if (!order)
+    if (!order) {
+        find_ids(plan, room);
         return;
+    }
 #define IN_ORDER(KIND, ARRAY) \
     plan->ARRAY = in_order(plan, plan->ARRAY, sizeof *plan->ARRAY, plan->ids[KIND], room[KIND])
     IN_ORDER(PRIMITIVE_SPHERE, spheres);
@@ -52,8 +65,10 @@ void plan_order(struct plan *plan, const uint32_t *order, size_t count)
     IN_ORDER(PRIMITIVE_FRUSTUM, frustums);
     IN_ORDER(PRIMITIVE_BOX, boxes);
     IN_ORDER(PRIMITIVE_TRIANGLE, triangles);
+    IN_ORDER(PRIMITIVE_INSTANCE, instances);
 #undef IN_ORDER
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
         for (size_t i = 0; i < room[kind]; i++)
             plan->primitives[plan->ids[kind][i]].index = (uint32_t)i;
+    find_ids(plan, room);
 }

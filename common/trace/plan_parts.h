@@ -4,14 +4,32 @@
 
 #include "trace/plan.h"
 
-/* Fills the plan's primitives, objects and meshes. The plan's eye and materials must be set. */
-void plan_primitives_build(struct plan *plan, const struct scene *scene);
+/* plan_create, with instances of each mesh that several objects wear if they have at least `least` triangles together:
+ * for tests. With any number it makes the same picture. */
+struct plan *plan_create_sharing(const struct scene *scene, const struct trace_settings *settings, int threads,
+                                 size_t least);
 
-/* Gives faces of different objects that lie in one plane, to within rounding, the same record of it, up to its sign.
- * The plan's primitives must be there; the tree must not yet. */
+#define MESH_NONE UINT32_MAX
+#define MESH_COPIED (UINT32_MAX - 1)
+
+/* Fills plan->shared_meshes with what plan_create_sharing says. Returns, for the caller to free, of each object the
+ * place of its mesh there, MESH_COPIED if it is not there though others share it, or MESH_NONE. The plan's eye must be
+ * set. */
+uint32_t *plan_share_meshes(struct plan *plan, const struct scene *scene, size_t least, int threads);
+
+/* Fills the plan's primitives, objects and meshes, and frees `shared`, which plan_share_meshes made. The plan's eye and
+ * materials must be set. */
+void plan_primitives_build(struct plan *plan, const struct scene *scene, uint32_t *shared);
+
+/* Gives faces of different objects that lie in one plane, to within rounding, the same record of it, up to its sign; of
+ * shared meshes, those that plan_touching finds. The plan's primitives must be there; the tree must not yet. */
 void plan_weld(struct plan *plan, const struct scene *scene);
 
-/* Brings the plan's typed arrays into the order of these `count` primitive numbers; NULL: leaves them as they are,
+/* The ids, rising and for the caller to free, of triangles of objects that share their meshes and touch others. The
+ * plan's primitives must be there; the tree must not yet. */
+uint32_t *plan_touching(const struct plan *plan, size_t *count);
+
+/* Brings the plan's typed arrays into the order of these `count` primitives' numbers; NULL: leaves them as they are,
  * rising. What comes more than once gets as many copies, which plan.count does not count; any of them is as good as
  * another. Behind its last element each array that is moved has BVH_LEAF_MAX − 1 more that may be read. Fills plan.ids.
  */

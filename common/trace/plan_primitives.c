@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "math/twofold.h"
+#include "trace/instance.h"
 #include "trace/plan_parts.h"
 
 /* A transform prepared for placing shapes. scale is that of a similarity, or 0. */
@@ -70,6 +71,7 @@ static void add_primitive(struct plan *plan, uint32_t object, enum primitive_kin
         .traits = material->traits,
         .index = (uint32_t)plan->count[kind]++,
         .object = object,
+        .id = (uint32_t)plan->id_count++,
     };
 }
 
@@ -188,15 +190,6 @@ static void add_box(struct plan *plan, uint32_t object, const struct shape *shap
     add_primitive(plan, object, PRIMITIVE_BOX, -1);
 }
 
-static int8_t triangle_flat_axis(struct vec3 a, struct vec3 b, struct vec3 c)
-{
-    if (a.x == b.x && a.x == c.x)
-        return 0;
-    if (a.y == b.y && a.y == c.y)
-        return 1;
-    return a.z == b.z && a.z == c.z ? 2 : -1;
-}
-
 static void add_mesh_normals(struct plan_mesh *to, const struct mesh *from, const struct placement *at)
 {
     if (!from->normals)
@@ -206,32 +199,65 @@ static void add_mesh_normals(struct plan_mesh *to, const struct mesh *from, cons
         to->normals[i] = place_normal(at, from->normals[i]);
 }
 
+static struct plan_mesh *add_plan_mesh(struct plan *plan, uint32_t object, const struct mesh *mesh,
+                                       const struct placement *at)
+{
+    struct plan_mesh *to = &plan->meshes[plan->mesh_count];
+    plan->objects[object].mesh = (uint32_t)plan->mesh_count++;
+    *to = (struct plan_mesh){.smooth = mesh->normals != NULL, .uv = mesh->uv, .index = mesh->index,
+                             .mirrored = mat3_determinant(&at->world.linear) < 0};
+    plan->is_smooth |= to->smooth;
+    return to;
+}
+
 static void add_mesh(struct plan *plan, uint32_t object, const struct shape *shape, const struct placement *at)
 {
     const struct mesh *mesh = &shape->mesh;
-    struct plan_mesh *to = &plan->meshes[plan->mesh_count];
-    plan->objects[object].mesh = (uint32_t)plan->mesh_count++;
-    *to = (struct plan_mesh){.uv = mesh->uv, .index = mesh->index,
-                             .mirrored = mat3_determinant(&at->world.linear) < 0};
+    struct plan_mesh *to = add_plan_mesh(plan, object, mesh, at);
     add_mesh_normals(to, mesh, at);
-    plan->is_smooth |= to->normals != NULL;
     for (size_t i = 0; i < mesh->triangle_count; i++) {
         const uint32_t *v = &mesh->index[3 * i];
         struct vec3 a = mesh->points[v[0]], b = mesh->points[v[1]], c = mesh->points[v[2]];
         plan->triangles[plan->count[PRIMITIVE_TRIANGLE]] =
             triangle_make(place(at, a), place(at, to->mirrored ? c : b), place(at, to->mirrored ? b : c));
-        add_primitive(plan, object, PRIMITIVE_TRIANGLE, triangle_flat_axis(a, b, c));
+        add_primitive(plan, object, PRIMITIVE_TRIANGLE, mesh_flat_axis(mesh, i));
     }
 }
 
-static void allocate(struct plan *plan, const struct scene *scene)
+static void add_instance(struct plan *plan, uint32_t object, const struct shared_mesh *mesh,
+                         const struct placement *at)
 {
-    size_t shapes[SHAPE_KINDS] = {0}, triangles = 0;
+    struct instance *instance = &plan->instances[plan->count[PRIMITIVE_INSTANCE]];
+    add_plan_mesh(plan, object, mesh->mesh, at);
+    *instance = instance_make(mesh, &at->world, at->eye);
+    instance->first_id = (uint32_t)plan->id_count;
+    if (plan->count[PRIMITIVE_INSTANCE] == 0)
+        plan->first_instance_id = instance->first_id;
+    instance->object = object;
+    instance->blocks_light = !(plan->materials[plan->objects[object].material].traits & TRAIT_TRANSMITS);
+    plan->instance_ids[plan->count[PRIMITIVE_INSTANCE]] = (struct instance_ids){
+        instance->first_id, instance->first_id + (uint32_t)mesh->mesh->triangle_count, (uint32_t)plan->primitive_count};
+    add_primitive(plan, object, PRIMITIVE_INSTANCE, -1);
+    plan->id_count += mesh->mesh->triangle_count - 1;
+}
+
+static bool is_instance(uint32_t shared)
+{
+    return shared < MESH_COPIED;
+}
+
+static void allocate(struct plan *plan, const struct scene *scene, const uint32_t *shared)
+{
+    size_t shapes[SHAPE_KINDS] = {0}, triangles = 0, instances = 0;
     for (size_t i = 0; i < scene->object_count; i++) {
         shapes[scene->objects[i].shape.kind]++;
-        if (scene->objects[i].shape.kind == SHAPE_MESH)
+        if (is_instance(shared[i]))
+            instances++;
+        else if (scene->objects[i].shape.kind == SHAPE_MESH)
             triangles += scene->objects[i].shape.mesh.triangle_count;
     }
+    plan->instances = memory_array(instances, sizeof *plan->instances);
+    plan->instance_ids = memory_array(instances, sizeof *plan->instance_ids);
     plan->primitives = memory_array(scene->object_count + triangles, sizeof *plan->primitives);
     plan->spheres = memory_array(shapes[SHAPE_SPHERE], sizeof *plan->spheres);
     plan->globes = memory_array(shapes[SHAPE_SPHERE], sizeof *plan->globes);
@@ -246,21 +272,27 @@ static void allocate(struct plan *plan, const struct scene *scene)
     plan->object_count = scene->object_count;
 }
 
-void plan_primitives_build(struct plan *plan, const struct scene *scene)
+void plan_primitives_build(struct plan *plan, const struct scene *scene, uint32_t *shared)
 {
     static void (*const add[SHAPE_KINDS])(struct plan *, uint32_t, const struct shape *, const struct placement *) = {
         [SHAPE_SPHERE] = add_sphere, [SHAPE_PLANE] = add_plane, [SHAPE_DISC] = add_disc,
         [SHAPE_FRUSTUM] = add_frustum, [SHAPE_BOX] = add_box, [SHAPE_MESH] = add_mesh,
     };
-    allocate(plan, scene);
+    allocate(plan, scene, shared);
+    plan->first_instance_id = UINT32_MAX;
     for (size_t i = 0; i < scene->object_count; i++) {
         const struct object *from = &scene->objects[i];
         struct placement at = {from->transform, plan->eye, affine_similarity(&from->transform)};
         bool lets_light_through = plan->materials[from->material].traits & TRAIT_TRANSMITS;
         plan->objects[i] = (struct plan_object){.material = (uint32_t)from->material, .mesh = UINT32_MAX,
+                                                .shares_mesh = shared[i] != MESH_NONE,
                                                 .first_primitive = (uint32_t)plan->primitive_count,
                                                 .leave_share = lets_light_through ? COINCIDENCE : 0};
-        add[from->shape.kind](plan, (uint32_t)i, &from->shape, &at);
+        if (is_instance(shared[i]))
+            add_instance(plan, (uint32_t)i, &plan->shared_meshes[shared[i]], &at);
+        else
+            add[from->shape.kind](plan, (uint32_t)i, &from->shape, &at);
     }
+    free(shared);
     plan_weld(plan, scene);
 }

@@ -8,14 +8,6 @@
 
 enum { CONTACTS_MAX = 8 }; /* of more boxes, looking for a point in each would cost too much */
 
-/* By COINCIDENCE of the coordinates' size. */
-static struct bounds grown(struct bounds box)
-{
-    double low = vec3_max_abs(box.low), high = vec3_max_abs(box.high), by = COINCIDENCE * (low > high ? low : high);
-    struct vec3 margin = vec3_make(by, by, by);
-    return (struct bounds){vec3_sub(box.low, margin), vec3_add(box.high, margin)};
-}
-
 static int compare_by_low_x(const void *left, const void *right)
 {
     const struct bounds *a = left, *b = right;
@@ -68,7 +60,7 @@ void plan_contacts_find(struct plan *plan)
     struct bounds box;
     for (size_t i = 0; i < plan->object_count; i++) /* what is closed, as dielectrics are, has a box */
         if (plan->materials[plan->objects[i].material].dielectric && bounds_of_object(plan, i, &box))
-            boxes[count++] = grown(box);
+            boxes[count++] = bounds_grown(box, COINCIDENCE);
     qsort(boxes, count, sizeof *boxes, compare_by_low_x);
     plan->contacts = memory_array(CONTACTS_MAX, sizeof *plan->contacts);
     plan->contact_count = find_overlaps(boxes, count, plan->contacts);

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "trace/instance.h"
 #include "trace/plan_parts.h"
 
 /* How far rounding turns a face's normal, and moves its points as a share of the size of the coordinates that they were
@@ -37,6 +38,7 @@ struct entry {
 struct weld {
     struct plan *plan;
     const struct scene *scene;
+    size_t welded_capacity;
     struct vec3 normal; /* of the parallel faces whose offsets are being sorted */
 };
 
@@ -44,7 +46,7 @@ struct weld {
 
 static const struct primitive *primitive_of(const struct weld *weld, const struct entry *entry)
 {
-    return &weld->plan->primitives[entry->id];
+    return plan_primitive(weld->plan, entry->id);
 }
 
 /* Where the face's plane is kept: sign × normal shows outwards, or to the front. The two faces at either end of a solid
@@ -91,14 +93,27 @@ static struct record record_of(const struct weld *weld, const struct entry *entr
     }
 }
 
+static struct triangle triangle_of(const struct weld *weld, const struct entry *entry)
+{
+    return plan_triangle(weld->plan, entry->id);
+}
+
 static struct plane get_face(const struct weld *weld, const struct entry *entry)
 {
+    if (primitive_of(weld, entry)->kind == PRIMITIVE_INSTANCE)
+        return triangle_of(weld, entry).plane;
     struct record record = record_of(weld, entry);
     return (struct plane){vec3_scale(*record.normal, record.sign), *record.offset * record.sign};
 }
 
-static void set_face(const struct weld *weld, const struct entry *entry, struct plane plane)
+static void set_face(struct weld *weld, const struct entry *entry, struct plane plane)
 {
+    struct plan *plan = weld->plan;
+    if (primitive_of(weld, entry)->kind == PRIMITIVE_INSTANCE) {
+        plan->welded = memory_grow(plan->welded, &weld->welded_capacity, plan->welded_count + 1, sizeof *plan->welded);
+        plan->welded[plan->welded_count++] = (struct welded){entry->id, plane};
+        return;
+    }
     struct record record = record_of(weld, entry);
     *record.normal = vec3_scale(plane.normal, record.sign);
     *record.offset = plane.offset * record.sign;
@@ -114,15 +129,16 @@ static double box_reach(const struct box *box)
     return larger(vec3_max_abs(box->low), vec3_max_abs(box->high));
 }
 
-static double triangle_reach(const struct triangle *triangle)
+static double triangle_reach(struct triangle triangle)
 {
-    return larger(vec3_max_abs(triangle->a), larger(vec3_max_abs(triangle->b), vec3_max_abs(triangle->c)));
+    return larger(vec3_max_abs(triangle.a), larger(vec3_max_abs(triangle.b), vec3_max_abs(triangle.c)));
 }
 
 /* The size of the coordinates that the face was made from, relative to the eye. */
-static double reach_of(const struct weld *weld, const struct primitive *primitive)
+static double reach_of(const struct weld *weld, const struct entry *entry)
 {
     const struct plan *plan = weld->plan;
+    const struct primitive *primitive = primitive_of(weld, entry);
     const struct object *object = &weld->scene->objects[primitive->object];
     switch ((enum primitive_kind)primitive->kind) {
     case PRIMITIVE_PLANE:
@@ -134,7 +150,7 @@ static double reach_of(const struct weld *weld, const struct primitive *primitiv
     case PRIMITIVE_BOX:
         return box_reach(&plan->boxes[primitive->index]);
     default:
-        return triangle_reach(&plan->triangles[primitive->index]);
+        return triangle_reach(triangle_of(weld, entry));
     }
 }
 
@@ -144,7 +160,7 @@ static double shift_of(const struct weld *weld, const struct entry *entry)
     const struct primitive *primitive = primitive_of(weld, entry);
     struct vec3 offset = weld->scene->objects[primitive->object].transform.offset;
     double home = vec3_max_abs(offset) + vec3_max_abs(weld->plan->eye);
-    return rounding * (home + 2 * reach_of(weld, primitive));
+    return rounding * (home + 2 * reach_of(weld, entry));
 }
 
 static double triangle_height(const struct triangle *triangle)
@@ -158,10 +174,10 @@ static double triangle_height(const struct triangle *triangle)
 /* How far rounding may have moved each component of the face's normal. */
 static double tilt_of(const struct weld *weld, const struct entry *entry)
 {
-    const struct primitive *primitive = primitive_of(weld, entry);
-    if (primitive->kind != PRIMITIVE_TRIANGLE)
+    if (!primitive_is_of_mesh(primitive_of(weld, entry)))
         return rounding;
-    double height = triangle_height(&weld->plan->triangles[primitive->index]);
+    struct triangle triangle = triangle_of(weld, entry);
+    double height = triangle_height(&triangle);
     return height > 0 ? rounding + 2 * shift_of(weld, entry) / height : INFINITY;
 }
 
@@ -187,23 +203,21 @@ static double sense_of(const struct weld *weld, const struct entry *entry)
 /* Of a face that is parallel to weld->normal, along that. */
 static double offset_of(const struct weld *weld, const struct entry *entry)
 {
-    const struct primitive *primitive = primitive_of(weld, entry);
-    return primitive->kind == PRIMITIVE_TRIANGLE
-               ? vec3_dot(weld->normal, weld->plan->triangles[primitive->index].a)
+    return primitive_is_of_mesh(primitive_of(weld, entry))
+               ? vec3_dot(weld->normal, triangle_of(weld, entry).a)
                : sense_of(weld, entry) * get_face(weld, entry).offset;
 }
 
 /* Whether weld->normal is the face's, up to its sign. Of a triangle, the corners say that better than its normal. */
 static bool is_parallel(const struct weld *weld, const struct entry *entry)
 {
-    const struct primitive *primitive = primitive_of(weld, entry);
-    if (primitive->kind != PRIMITIVE_TRIANGLE) {
+    if (!primitive_is_of_mesh(primitive_of(weld, entry))) {
         struct vec3 normal = get_face(weld, entry).normal;
         return vec3_max_abs(vec3_add_scaled(normal, weld->normal, -sense_of(weld, entry))) <= 2 * rounding;
     }
-    const struct triangle *triangle = &weld->plan->triangles[primitive->index];
-    double a = vec3_dot(weld->normal, triangle->a), b = vec3_dot(weld->normal, triangle->b);
-    double c = vec3_dot(weld->normal, triangle->c), slack = 2 * shift_of(weld, entry);
+    struct triangle triangle = triangle_of(weld, entry);
+    double a = vec3_dot(weld->normal, triangle.a), b = vec3_dot(weld->normal, triangle.b);
+    double c = vec3_dot(weld->normal, triangle.c), slack = 2 * shift_of(weld, entry);
     return fabs(b - a) <= slack && fabs(c - a) <= slack;
 }
 
@@ -237,7 +251,7 @@ static const struct entry *leader_of(const struct weld *weld, const struct entry
     return leader;
 }
 
-static void weld_plane(const struct weld *weld, const struct entry *entries, size_t count)
+static void weld_plane(struct weld *weld, const struct entry *entries, size_t count)
 {
     const struct entry *leader = leader_of(weld, entries, count);
     double offset = offset_of(weld, leader);
@@ -299,8 +313,9 @@ static size_t add_faces(const struct weld *weld, uint32_t id, struct entry *entr
 {
     static const uint8_t first[PRIMITIVE_KINDS] = {[PRIMITIVE_FRUSTUM] = PART_NARROW_CAP};
     static const uint8_t faces[PRIMITIVE_KINDS] = {[PRIMITIVE_PLANE] = 1, [PRIMITIVE_DISC] = 1, [PRIMITIVE_FRUSTUM] = 2,
-                                                   [PRIMITIVE_BOX] = 6, [PRIMITIVE_TRIANGLE] = 1};
-    uint8_t kind = weld->plan->primitives[id].kind;
+                                                   [PRIMITIVE_BOX] = 6, [PRIMITIVE_TRIANGLE] = 1,
+                                                   [PRIMITIVE_INSTANCE] = 1};
+    uint8_t kind = plan_primitive(weld->plan, id)->kind;
     size_t count = 0;
     for (uint8_t i = 0; i < faces[kind]; i++) {
         struct entry *entry = &entries[count];
@@ -351,15 +366,39 @@ static size_t drop_lonely(const struct weld *weld, struct entry *entries, size_t
     return kept;
 }
 
+static int compare_welded(const void *left, const void *right)
+{
+    const struct welded *a = left, *b = right;
+    return a->id < b->id ? -1 : a->id > b->id;
+}
+
+/* Gives each instance its part of plan->welded. */
+static void distribute_welded(struct plan *plan)
+{
+    if (plan->welded_count > 0)
+        qsort(plan->welded, plan->welded_count, sizeof *plan->welded, compare_welded);
+    for (size_t i = 0; i < plan->welded_count; i++) {
+        struct instance *instance = &plan->instances[plan_primitive(plan, plan->welded[i].id)->index];
+        instance->welded = instance->welded_count++ == 0 ? &plan->welded[i] : instance->welded;
+    }
+}
+
 void plan_weld(struct plan *plan, const struct scene *scene)
 {
     struct weld weld = {.plan = plan, .scene = scene};
     if (plan->object_count < 2)
         return;
-    size_t room = plan->primitive_count + 5 * plan->count[PRIMITIVE_BOX] + plan->count[PRIMITIVE_FRUSTUM], count = 0;
-    struct entry *entries = memory_array(room, sizeof *entries);
-    for (uint32_t id = 0; id < plan->primitive_count; id++)
-        count += add_faces(&weld, id, &entries[count]);
+    size_t touching_count, count = 0;
+    uint32_t *touching = plan_touching(plan, &touching_count);
+    size_t room = plan->primitive_count + 5 * plan->count[PRIMITIVE_BOX] + plan->count[PRIMITIVE_FRUSTUM];
+    struct entry *entries = memory_array(room + touching_count, sizeof *entries);
+    for (size_t i = 0; i < plan->primitive_count; i++)
+        if (!plan->objects[plan->primitives[i].object].shares_mesh)
+            count += add_faces(&weld, plan->primitives[i].id, &entries[count]);
+    for (size_t i = 0; i < touching_count; i++)
+        count += add_faces(&weld, touching[i], &entries[count]);
     split(&weld, entries, drop_lonely(&weld, entries, count), 0);
     free(entries);
+    free(touching);
+    distribute_welded(plan);
 }

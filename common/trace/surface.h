@@ -49,8 +49,8 @@ struct surface_footprint surface_footprint_at(const struct plan *plan, const str
                                               const struct footprint *footprint, const struct hit *hit,
                                               const struct surface *surface);
 
-/* The object coordinate that is constant on this piece of the primitive, 0..2, or −1. */
-int8_t surface_flat_axis(const struct primitive *primitive, uint8_t part);
+/* The object coordinate that is constant on this piece of primitive `id`, 0..2, or −1. */
+int8_t surface_flat_axis(const struct plan *plan, uint32_t id, uint8_t part);
 
 /* The colour of the primitive's material there. spread may be NULL: a point. */
 struct vec3 surface_color(const struct plan *plan, const struct hit *hit, const struct surface *surface,

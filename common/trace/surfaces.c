@@ -21,6 +21,7 @@ void surfaces_finish(struct surfaces *s)
     free(s->of_path);
     free(s->hit);
     free(s->kind);
+    free(s->placed);
     for (int kind = 0; kind < TEXTURE_IMAGE; kind++) {
         free(s->patterned[kind].surface);
         free(s->patterned[kind].texture);
@@ -60,13 +61,15 @@ void surfaces_count(struct surfaces *s, const struct plan *plan, const struct hi
     s->traits = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t id = hit_batch_id(hits, i);
-        s->hit[i] = id;
+        s->hit[i] = PRIMITIVE_NONE;
         s->kind[i] = PRIMITIVE_KINDS;
         if (id == PRIMITIVE_NONE)
             continue;
-        s->kind[i] = plan->primitives[id].kind;
+        s->hit[i] = plan_number(plan, id);
+        const struct primitive *primitive = &plan->primitives[s->hit[i]];
+        s->kind[i] = primitive->kind;
         of_kind[s->kind[i]]++;
-        s->traits |= plan->primitives[id].traits;
+        s->traits |= primitive->traits;
     }
     s->first[0] = 0;
     for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
@@ -89,9 +92,20 @@ void surfaces_sort(struct surfaces *s, size_t count)
     }
 }
 
+void surfaces_place(struct surfaces *s, const struct plan *plan)
+{
+    size_t first = s->first[PRIMITIVE_INSTANCE], end = s->first[PRIMITIVE_INSTANCE + 1];
+    s->placed = memory_grow(s->placed, &s->placed_capacity, end - first, sizeof *s->placed);
+    for (size_t at = first; at < end; at++) {
+        s->index[at] = (uint32_t)(at - first);
+        s->placed[at - first] = plan_triangle(plan, (uint32_t)s->lanes.id[at]);
+    }
+}
+
 struct hit surfaces_hit(const struct surfaces *s, size_t at)
 {
-    return (struct hit){s->lanes.t[at], s->primitive[at], s->lanes.side[at] == SIDE_LEAVE ? SIDE_LEAVE : SIDE_ENTER,
+    return (struct hit){s->lanes.t[at], (uint32_t)s->lanes.id[at],
+                        s->lanes.side[at] == SIDE_LEAVE ? SIDE_LEAVE : SIDE_ENTER,
                         (uint8_t)s->lanes.part[at]};
 }
 
@@ -118,12 +132,12 @@ static const struct plan_object *object_of(const struct surfaces *s, const struc
 
 void surfaces_smooth(struct surfaces *s, const struct plan *plan, const struct path_batch *paths)
 {
-    for (size_t at = s->first[PRIMITIVE_TRIANGLE]; at < s->first[PRIMITIVE_TRIANGLE + 1]; at++) {
-        if (!plan->meshes[object_of(s, plan, at)->mesh].normals)
+    for (size_t at = s->first[PRIMITIVE_TRIANGLE]; at < s->first[PRIMITIVE_INSTANCE + 1]; at++) {
+        if (!plan->meshes[object_of(s, plan, at)->mesh].smooth)
             continue;
         struct ray ray = ray_batch_get(&paths->rays, s->path[at]);
         struct surface surface = surfaces_get(s, at);
-        surface_add_mesh(plan, s->primitive[at], &ray, &surface);
+        surface_add_mesh(plan, (uint32_t)s->lanes.id[at], &ray, &surface);
         lane_put(s->lanes.shading_normal, at, surface.shading_normal);
         if (!paths->has_footprints)
             continue;
@@ -142,7 +156,7 @@ static struct vec3 textured(const struct surfaces *s, const struct plan *plan, c
     struct hit hit = surfaces_hit(s, at);
     struct surface surface = surfaces_get(s, at);
     struct surface_footprint spread = surfaces_spread(s, at);
-    if (plan->primitives[hit.id].kind == PRIMITIVE_TRIANGLE) { /* for the weights of its corners */
+    if (primitive_is_of_mesh(&plan->primitives[s->primitive[at]])) { /* for the weights of its corners */
         struct ray ray = ray_batch_get(&paths->rays, s->path[at]);
         surface_add_mesh(plan, hit.id, &ray, &surface);
     }
@@ -159,10 +173,9 @@ static void push_patterned(struct patterned *to, const struct plan *plan, const 
         lanes_grow(&to->share, 0, capacity);
         to->capacity = capacity;
     }
-    const struct primitive *primitive = &plan->primitives[s->primitive[at]];
     to->surface[to->count] = at;
     to->texture[to->count] = s->texture[at];
-    to->flat_axis[to->count++] = surface_flat_axis(primitive, (uint8_t)s->lanes.part[at]);
+    to->flat_axis[to->count++] = surface_flat_axis(plan, (uint32_t)s->lanes.id[at], (uint8_t)s->lanes.part[at]);
 }
 
 static void push_imaged(struct imaged *to, const struct plan *plan, const struct surfaces *s, uint32_t at)

@@ -53,12 +53,14 @@ struct surfaces {
     uint8_t traits;                    /* of any of them: a set of enum material_trait */
     size_t first[PRIMITIVE_KINDS + 1]; /* those of kind k: first[k] .. first[k + 1] − 1 */
     uint32_t *path;                    /* index of the path that hit it */
-    uint32_t *primitive;               /* into plan.primitives */
-    uint32_t *index;                   /* of the primitive, in the plan's array of its kind */
+    uint32_t *primitive;               /* its number, into plan.primitives */
+    uint32_t *index;                   /* of the primitive, in the plan's array of its kind; or into `placed` */
     uint32_t *material, *texture;      /* into the plan's arrays */
     uint32_t *of_path;                 /* of each path: its surface, or SURFACE_NONE */
-    uint32_t *hit;                     /* of each path: the primitive, or PRIMITIVE_NONE */
+    uint32_t *hit;                     /* of each path: the primitive's number, or PRIMITIVE_NONE */
     uint8_t *kind;                     /* of each path: that of the primitive, or PRIMITIVE_KINDS */
+    struct triangle *placed;           /* the triangles of instances, in the order of the surfaces */
+    size_t placed_capacity;
     struct surface_lanes lanes;
     struct patterned patterned[TEXTURE_IMAGE]; /* by kind of texture: checker, stripes and gradient */
     struct imaged imaged;
@@ -71,6 +73,9 @@ void surfaces_count(struct surfaces *surfaces, const struct plan *plan, const st
 
 /* Once that is counted: gives each of the paths that hit something its surface. Sets path, primitive and of_path. */
 void surfaces_sort(struct surfaces *surfaces, size_t count);
+
+/* Once they are collected: places the triangles of instances, and sets their surfaces' index. */
+void surfaces_place(struct surfaces *surfaces, const struct plan *plan);
 
 /* Once points and normals are known: the shading normals of smooth meshes, and their change. */
 void surfaces_smooth(struct surfaces *surfaces, const struct plan *plan, const struct path_batch *paths);

@@ -95,6 +95,54 @@ static void for_each_size(size_t largest, bool search)
         }
 }
 
+/* --- instances -------------------------------------------------------------------------------------------- */
+
+enum { WEARERS = 100 };
+
+/* Balls of `triangles` in the cube, all of one mesh. */
+static struct scene balls_scene(uint32_t triangles)
+{
+    struct scene scene = scene_at(vec3_make(0, 0, 4), 30);
+    uint32_t rings = (uint32_t)sqrt(triangles / 4.0);
+    scene_add(&scene, shape_globe(vec3_make(0, 0, 0), 0.15, rings, 2 * rings), material_matte(grey(1)));
+    for (uint32_t i = 1; i < WEARERS; i++) {
+        struct object *object = scene_share(&scene, 0, material_matte(grey(1)));
+        object->transform = affine_rotation(random_unit(i, 0), 180 * random_signed(i, 3));
+        object->transform.offset = random_vector(i, 4);
+    }
+    return scene;
+}
+
+/* The balls as instances if `least` is 0, as copies if it is SIZE_MAX. */
+static void print_balls(const struct scene *scene, const char *name, size_t least)
+{
+    struct trace_settings settings = settings_of(scene);
+    size_t before = heap_bytes();
+    double start = bench_thread_seconds();
+    struct plan *plan = plan_create_sharing(scene, &settings, 1, least);
+    double seconds = bench_thread_seconds() - start;
+    printf("%-9s %9zu %9.2f %9.2f", name, plan->id_count, seconds, 1e-6 * (double)(heap_bytes() - before));
+    for (int sort = 0; sort < BENCH_RAY_SORTS; sort++)
+        printf(" %9.1f", bench_ns_a_ray(kernel_default(), plan, (enum bench_rays)sort));
+    printf("\n");
+    plan_destroy(&plan);
+}
+
+static void compare_instances(size_t largest)
+{
+    printf("\n%d balls of one mesh: seconds to compile, MB, ns a ray (%s)\n%-9s %9s %9s %9s", WEARERS,
+           kernel_default()->name, "kept as", "triangles", "seconds", "MB");
+    for (int sort = 0; sort < BENCH_RAY_SORTS; sort++)
+        printf(" %9s", bench_ray_names[sort]);
+    printf("\n");
+    for (uint32_t triangles = 100; triangles <= largest / 10; triangles *= 10) {
+        struct scene scene = balls_scene(triangles);
+        print_balls(&scene, "copies", SIZE_MAX);
+        print_balls(&scene, "instances", 0);
+        scene_finish(&scene);
+    }
+}
+
 int main(int argc, char **argv)
 {
     size_t largest = argc > 1 ? strtoul(argv[1], NULL, 10) : 100000;
@@ -107,5 +155,6 @@ int main(int argc, char **argv)
         printf(" %9s", bench_ray_names[sort]);
     printf("\n");
     for_each_size(largest, true);
+    compare_instances(largest);
     return 0;
 }

@@ -36,7 +36,7 @@ left out:
   the search tree: there are too few primitives
   texture footprints: nothing is textured
   boundaries: no two refracting objects touch
-  primitives: spheres close to the camera, ellipsoids, discs, cylinders or cones, boxes, triangles
+  primitives: spheres close to the camera, ellipsoids, discs, cylinders or cones, boxes, triangles, instances of shared meshes
   lights: directional, spot
   objects by texture: checkers, striped, gradients, with images
   objects by material: mirrors, transparent, refracting, absorbing, smooth meshes"

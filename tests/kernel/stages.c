@@ -15,6 +15,7 @@
 #include "tests/random.h"
 #include "tests/scene_builder.h"
 #include "trace/generation.h"
+#include "trace/plan_parts.h"
 #include "trace/sample.h"
 
 enum { OBJECTS = 36, SCENES = 6, GENERATIONS = 4, BATCH_MAX = 1024 };
@@ -132,6 +133,11 @@ static struct scene random_scene(uint32_t number)
                                            .color = {{0.1, 0.2, 0.3}, {1, 0, 1}}};
     for (uint32_t i = 0; i < (number % 3 ? OBJECTS : 9); i++)
         add_random_object(&scene, 1000 * number + i, i, number % 2);
+    for (uint32_t i = 0; i < 3; i++) { /* the globe's mesh again, in other places */
+        struct object *object = scene_share(&scene, 7, random_material(1000 * number + 500 + i, 3 * i + number, true));
+        object->transform = affine_rotation(random_unit(i, 90), 180 * random_signed(i, 93));
+        object->transform.linear.x = vec3_scale(object->transform.linear.x, i == 1 ? -0.75 : 1.5);
+    }
     struct vec3 down = {0, -40, 0};
     scene_add(&scene, shape_sphere(vec3_add(scene.camera.from, down), 40 - 0.125), material_mirror(grey(0.5)));
     add_lights_of_all_kinds(&scene, 1000 * number);
@@ -218,7 +224,7 @@ static void make_paths_nasty(struct generation *g)
 {
     struct path_batch *paths = &g->paths;
     for (uint32_t i = 1; i < paths->rays.count; i += 2) {
-        uint32_t from = hash_u32(i) % (uint32_t)g->plan->primitive_count;
+        uint32_t from = hash_u32(i) % (uint32_t)g->plan->id_count;
         lane_put(paths->rays.origin, i, nasty_origin(g->plan, i));
         lane_put(paths->rays.direction, i, nasty_direction(i));
         paths->rays.t_min[i] = i % 5 == 0 ? -1e-9 : i % 5 == 1 ? 2 : 0;
@@ -295,7 +301,7 @@ static void every_kernel_agrees_at_every_stage(void **state)
     for (uint32_t number = 0; number < SCENES; number++) {
         struct scene scene = random_scene(number);
         struct trace_settings settings = settings_of(&scene);
-        struct plan *plan = plan_create(&scene, &settings, 1);
+        struct plan *plan = plan_create_sharing(&scene, &settings, 1, 0);
         run.generation.plan = plan;
         for (size_t k = 1; kernel_at(k); k++) {
             memset(&trial, 0, sizeof trial);

@@ -23,6 +23,7 @@
 #include "base/cpu.h"
 #include "base/parallel.h"
 #include "tests/scene_builder.h"
+#include "trace/plan_parts.h"
 
 /* gcc says it by a macro, clang by a feature. Such programs do not run under valgrind. */
 #if defined(__SANITIZE_ADDRESS__)
@@ -135,6 +136,18 @@ static void add_mesh(struct scene *scene)
     scene_add(scene, globe, grey_matter());
 }
 
+static void add_pair(struct scene *scene)
+{
+    scene_add(scene, hidden_ball(), grey_matter());
+    scene_add(scene, shape_sphere(near_it(0, 3, 0), 1), grey_matter());
+}
+
+static void add_instances(struct scene *scene)
+{
+    scene_add(scene, shape_globe(behind, 1, 4, 5), grey_matter());
+    scene_share(scene, scene->object_count - 1, grey_matter())->transform = affine_translation(vec3_make(0, 3, 0));
+}
+
 /* --- what is never reached: materials and textures -------------------------------------------------------- */
 
 static void add_mirror(struct scene *scene)
@@ -227,7 +240,7 @@ static void add_spot_that_looks_away(struct scene *scene)
 /* --- counting --------------------------------------------------------------------------------------------- */
 
 /* The first ones are what others are compared with: as many primitives in the same places, and so the same tree. */
-enum { BASE, BASE_MIRRORS, BASE_MESH, BASE_TWO, BASE_TWO_MIRRORS };
+enum { BASE, BASE_MIRRORS, BASE_MESH, BASE_TWO, BASE_TWO_MIRRORS, BASE_PAIR };
 
 static const struct {
     const char *name;
@@ -240,6 +253,7 @@ static const struct {
     [BASE_MESH] = {"the scene and a mesh", add_mesh, false, BASE_MESH},
     [BASE_TWO] = {"the scene and a ball in a ball", add_ball_in_ball, false, BASE_TWO},
     [BASE_TWO_MIRRORS] = {"that with mirrors", add_ball_in_ball, true, BASE_TWO_MIRRORS},
+    [BASE_PAIR] = {"the scene and two balls", add_pair, false, BASE_PAIR},
     {"an ellipsoid", add_ellipsoid, false, BASE},
     {"a disc", add_disc, false, BASE},
     {"a cylinder", add_cylinder, false, BASE},
@@ -249,6 +263,7 @@ static const struct {
     {"a triangle", add_triangle, false, BASE},
     {"a triangle, beside mirrors", add_triangle, true, BASE_MIRRORS},
     {"a smooth mesh", add_smooth_mesh, false, BASE_MESH},
+    {"instances", add_instances, false, BASE_PAIR},
     {"a mirror", add_mirror, false, BASE},
     {"a highlight", add_highlight, false, BASE},
     {"something transparent", add_transparent, false, BASE},
@@ -272,7 +287,10 @@ static int render_case(size_t number, const char *kernel)
 {
     struct scene scene = base_scene(cases[number].mirrors);
     cases[number].add(&scene);
-    free(scene_render(&scene, kernel_find(kernel), NULL));
+    struct trace_settings settings = settings_of(&scene);
+    struct plan *plan = plan_create_sharing(&scene, &settings, 1, 0);
+    free(plan_render(plan, kernel_find(kernel), NULL));
+    plan_destroy(&plan);
     scene_finish(&scene);
     return 0;
 }

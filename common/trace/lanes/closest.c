@@ -1,5 +1,6 @@
 /* The nearest hits of rays, packet by packet. */
 #include "trace/lanes/exports.h"
+#include "trace/lanes/instance.h"
 #include "trace/lanes/walk.h"
 
 LANES_DECLARE_THESE(LANES_SUFFIX);

@@ -19,6 +19,8 @@ enum { BLOCK = 16, BLOCK_LANES = 0xffff }; /* the same of tests in float */
 
 /* Lanes where the far end of interest is −INFINITY are out: ended, blocked or never there. */
 struct packet {
+    const struct bvh_node *nodes;    /* of the tree that it walks through */
+    const struct instance *instance; /* whose mesh's tree that is, or NULL: the plan's own */
     const double *origin[3], *direction[3], *t_min, *key_min, *from, *inward;
     double *t, *key; /* the nearest hit so far; before, t_max and LANE_HIT_NONE. −INFINITY: of no more interest */
     _Alignas(64) double enter[PACKET_RAYS], leave[PACKET_RAYS]; /* for take_found: the roots ahead, or INFINITY */
@@ -244,6 +246,8 @@ static inline void packet_start(struct packet *p, const struct plan *plan, const
         p->origin[axis] = rays->origin[axis] + first;
         p->direction[axis] = rays->direction[axis] + first;
     }
+    p->nodes = plan->bvh.nodes;
+    p->instance = NULL;
     p->t_min = rays->t_min + first;
     p->key_min = rays->key_min + first;
     p->from = rays->from + first;

@@ -21,7 +21,8 @@ static inline void put_point(const struct surface_lanes *s, size_t i, double par
     {                                                                                                        \
         const struct surface_lanes s = surfaces->lanes;                                                      \
         const uint32_t *path = surfaces->path, *index = surfaces->index;                                     \
-        const struct type *all = plan->array;                                                                \
+        const struct type *all = array;                                                                      \
+        (void)plan;                                                                                          \
         LANES_LOOP                                                                                           \
         for (size_t i = first; i < end; i++) {                                                               \
             const struct type *primitive = &all[index[i]];                                                   \
@@ -34,15 +35,17 @@ static inline void put_point(const struct surface_lanes *s, size_t i, double par
         }                                                                                                    \
     }
 
-DEFINE_POINTS(sphere, sphere, spheres, 0, sphere_surface(primitive, near, extent))
-DEFINE_POINTS(globe, globe, globes, 0, globe_surface(primitive, near, extent))
-DEFINE_POINTS(ellipsoid, ellipsoid, ellipsoids, 0, ellipsoid_surface(primitive, near, extent))
-DEFINE_POINTS(plane, plane, planes, 0, plane_surface(primitive, near, extent))
-DEFINE_POINTS(disc, disc, discs, 0, plane_surface(&primitive->plane, near, extent))
-DEFINE_POINTS(frustum, frustum, frustums, s.part[i] != 0 ? PART_SIDE : frustum_capped_part(primitive, o, d, s.side[i]),
+DEFINE_POINTS(sphere, sphere, plan->spheres, 0, sphere_surface(primitive, near, extent))
+DEFINE_POINTS(globe, globe, plan->globes, 0, globe_surface(primitive, near, extent))
+DEFINE_POINTS(ellipsoid, ellipsoid, plan->ellipsoids, 0, ellipsoid_surface(primitive, near, extent))
+DEFINE_POINTS(plane, plane, plan->planes, 0, plane_surface(primitive, near, extent))
+DEFINE_POINTS(disc, disc, plan->discs, 0, plane_surface(&primitive->plane, near, extent))
+DEFINE_POINTS(frustum, frustum, plan->frustums,
+              s.part[i] != 0 ? PART_SIDE : frustum_capped_part(primitive, o, d, s.side[i]),
               frustum_surface(primitive, near, part, extent))
-DEFINE_POINTS(box, box, boxes, box_part(primitive, o, d, s.side[i]), box_surface(primitive, near, part, extent))
-DEFINE_POINTS(triangle, triangle, triangles, 0, triangle_surface(primitive, near))
+DEFINE_POINTS(box, box, plan->boxes, box_part(primitive, o, d, s.side[i]), box_surface(primitive, near, part, extent))
+DEFINE_POINTS(triangle, triangle, plan->triangles, 0, triangle_surface(primitive, near))
+DEFINE_POINTS(instance, triangle, surfaces->placed, 0, triangle_surface(primitive, near))
 
 /* Gathering a truth value does not vectorise. */
 static void mark_open_frustums(const struct plan *plan, const struct surfaces *surfaces)
@@ -60,7 +63,8 @@ static void mark_open_frustums(const struct plan *plan, const struct surfaces *s
     {                                                                                                        \
         const struct surface_lanes s = surfaces->lanes;                                                      \
         const uint32_t *path = surfaces->path, *index = surfaces->index;                                     \
-        const struct type *all = plan->array;                                                                \
+        const struct type *all = array;                                                                      \
+        (void)plan;                                                                                          \
         LANES_LOOP                                                                                           \
         for (size_t i = first; i < end; i++) {                                                               \
             const struct type *primitive = &all[index[i]];                                                   \
@@ -78,17 +82,19 @@ static void mark_open_frustums(const struct plan *plan, const struct surfaces *s
     }
 
 #define FLAT vec3_make(0, 0, 0)
-DEFINE_SPREADS(sphere, sphere, spheres, sphere_normal_change(primitive, p, n, x), sphere_normal_change(primitive, p, n, y))
-DEFINE_SPREADS(globe, globe, globes, sphere_normal_change(&primitive->sphere, p, n, x),
+DEFINE_SPREADS(sphere, sphere, plan->spheres, sphere_normal_change(primitive, p, n, x),
+               sphere_normal_change(primitive, p, n, y))
+DEFINE_SPREADS(globe, globe, plan->globes, sphere_normal_change(&primitive->sphere, p, n, x),
                sphere_normal_change(&primitive->sphere, p, n, y))
-DEFINE_SPREADS(ellipsoid, ellipsoid, ellipsoids, ellipsoid_normal_change(primitive, p, n, x),
+DEFINE_SPREADS(ellipsoid, ellipsoid, plan->ellipsoids, ellipsoid_normal_change(primitive, p, n, x),
                ellipsoid_normal_change(primitive, p, n, y))
-DEFINE_SPREADS(plane, plane, planes, FLAT, FLAT)
-DEFINE_SPREADS(disc, disc, discs, FLAT, FLAT)
-DEFINE_SPREADS(frustum, frustum, frustums, frustum_normal_change(primitive, p, s.part[i], n, x),
+DEFINE_SPREADS(plane, plane, plan->planes, FLAT, FLAT)
+DEFINE_SPREADS(disc, disc, plan->discs, FLAT, FLAT)
+DEFINE_SPREADS(frustum, frustum, plan->frustums, frustum_normal_change(primitive, p, s.part[i], n, x),
                frustum_normal_change(primitive, p, s.part[i], n, y))
-DEFINE_SPREADS(box, box, boxes, FLAT, FLAT)
-DEFINE_SPREADS(triangle, triangle, triangles, FLAT, FLAT)
+DEFINE_SPREADS(box, box, plan->boxes, FLAT, FLAT)
+DEFINE_SPREADS(triangle, triangle, plan->triangles, FLAT, FLAT)
+DEFINE_SPREADS(instance, triangle, surfaces->placed, FLAT, FLAT)
 
 /* --- all kinds -------------------------------------------------------------------------------------------- */
 
@@ -100,7 +106,7 @@ static find *const find_points[PRIMITIVE_KINDS] = {
     [PRIMITIVE_ELLIPSOID] = find_ellipsoid_points,
     [PRIMITIVE_PLANE] = find_plane_points, [PRIMITIVE_DISC] = find_disc_points,
     [PRIMITIVE_FRUSTUM] = find_frustum_points, [PRIMITIVE_BOX] = find_box_points,
-    [PRIMITIVE_TRIANGLE] = find_triangle_points,
+    [PRIMITIVE_TRIANGLE] = find_triangle_points, [PRIMITIVE_INSTANCE] = find_instance_points,
 };
 
 static find *const find_spreads[PRIMITIVE_KINDS] = {
@@ -108,7 +114,7 @@ static find *const find_spreads[PRIMITIVE_KINDS] = {
     [PRIMITIVE_ELLIPSOID] = find_ellipsoid_spreads,
     [PRIMITIVE_PLANE] = find_plane_spreads, [PRIMITIVE_DISC] = find_disc_spreads,
     [PRIMITIVE_FRUSTUM] = find_frustum_spreads, [PRIMITIVE_BOX] = find_box_spreads,
-    [PRIMITIVE_TRIANGLE] = find_triangle_spreads,
+    [PRIMITIVE_TRIANGLE] = find_triangle_spreads, [PRIMITIVE_INSTANCE] = find_instance_spreads,
 };
 
 void LANES_NAME(surface)(const struct plan *plan, const struct path_batch *paths, struct surfaces *surfaces)

@@ -5,7 +5,8 @@
  *     void take_roots(struct packet *p, int i, struct roots roots, enum wall wall, const struct taken *taken)
  * which deals with the roots of lane i with a primitive, in lanes, and
  *     void take_found(struct packet *p, int base, int end, const struct taken *taken)
- * which does what then remains to be done for lanes base .. end − 1.
+ * which does what then remains to be done for lanes base .. end − 1. It ends with lanes/instance.h, where leaves of
+ * instances are dealt with.
  */
 #ifndef WEFT_TRACE_LANES_TAKE_H
 #define WEFT_TRACE_LANES_TAKE_H
@@ -22,9 +23,14 @@ static inline void take_roots(struct packet *p, int i, struct roots roots, enum 
                               const struct taken *taken);
 static inline void take_found(struct packet *p, int base, int end, const struct taken *taken);
 
+/* Instances first .. first + count − 1, or such triangles of the one that the packet is in. */
+static void take_instances(struct packet *p, const struct plan *plan, size_t first, size_t count, uint64_t lanes);
+static void take_instances_one(struct packet *p, const struct plan *plan, size_t first, size_t count, int ray);
+
 /* For each kind, a group of lanes from `base`, and one lane, against one primitive. */
 #define DEFINE_TAKE(name, type, wall, roots)                                                                     \
-    static void take_##name(struct packet *p, int base, const struct type *from, const struct taken *taken)      \
+    static inline __attribute__((always_inline)) void take_##name(                                               \
+        struct packet *p, int base, const struct type *from, const struct taken *taken)                          \
     {                                                                                                            \
         const struct type copy = *from, *primitive = &copy; /* so that it is seen not to change in the loop */   \
         LANES_LOOP                                                                                               \
@@ -72,7 +78,7 @@ DEFINE_TAKE(triangle, triangle, WALL_NONE, triangle_roots(primitive, RAY, SHEAR)
 static inline struct taken taken_of(const struct plan *plan, int kind, size_t index)
 {
     uint32_t id = plan->ids[kind][index];
-    const struct primitive *primitive = &plan->primitives[id];
+    const struct primitive *primitive = plan_primitive(plan, id);
     return (struct taken){id, primitive_leave_share(primitive), primitive->blocks_light};
 }
 
@@ -109,6 +115,7 @@ static inline __attribute__((always_inline)) uint64_t take_primitive(struct pack
     case PRIMITIVE_TRIANGLE:
         TAKE(triangle, triangles, triangle_lanes);
         break;
+    case PRIMITIVE_INSTANCE: /* take_leaf and take_leaf_one see to that */
     case PRIMITIVE_KINDS:
         break;
     }
@@ -129,6 +136,10 @@ static inline void prepare_kind(struct packet *p, int kind)
 static void take_leaf(struct packet *p, const struct plan *plan, int kind, size_t first, size_t count, uint64_t lanes)
 {
     uint64_t taken = 0;
+    if (kind == PRIMITIVE_INSTANCE) {
+        take_instances(p, plan, first, count, lanes);
+        return;
+    }
     prepare_kind(p, kind);
     for (size_t index = first; index < first + count; index++)
         taken |= take_primitive(p, plan, kind, index, lanes, -1);
@@ -159,6 +170,10 @@ static uint32_t may_meet_any(const struct packet *p, const struct plan *plan, in
 static __attribute__((noinline)) void take_leaf_one(struct packet *p, const struct plan *plan, int kind, size_t first,
                                                     size_t count, int ray)
 {
+    if (kind == PRIMITIVE_INSTANCE) {
+        take_instances_one(p, plan, first, count, ray);
+        return;
+    }
     if (kind == PRIMITIVE_TRIANGLE)
         packet_prepare_shear(p);
     for (uint32_t met = may_meet_any(p, plan, kind, first, count, ray); met; met &= met - 1)

@@ -81,7 +81,7 @@ static __attribute__((noinline)) void ray_walk(struct packet *p, const struct pl
         struct branch at = stack[--depth];
         if (at.near > p->far[ray])
             continue;
-        const struct bvh_node *node = &plan->bvh.nodes[at.node];
+        const struct bvh_node *node = &p->nodes[at.node];
         _Alignas(32) float near[BVH_WIDTH];
         uint32_t children = ray_children(&box_ray, p->far[ray], node, near);
         for (int bottom = depth; children; children &= children - 1) {
@@ -89,8 +89,7 @@ static __attribute__((noinline)) void ray_walk(struct packet *p, const struct pl
             if (node->count[c] > 0)
                 take_leaf_one(p, plan, node->kind[c], node->child[c], node->count[c], ray);
             else
-                depth = stack_insert(stack, bottom, depth, (struct branch){0, node->child[c], near[c]},
-                                     plan->bvh.nodes);
+                depth = stack_insert(stack, bottom, depth, (struct branch){0, node->child[c], near[c]}, p->nodes);
         }
     }
 }
@@ -112,7 +111,7 @@ static void packet_walk(struct packet *p, const struct plan *plan, uint64_t lane
         float far = packet_largest_far(p);
         if (at.near > far)
             continue;
-        const struct bvh_node *node = &plan->bvh.nodes[at.node];
+        const struct bvh_node *node = &p->nodes[at.node];
         _Alignas(32) float near[BVH_WIDTH];
         const struct packet_planes planes = packet_planes(p, node);
         uint32_t children = packet_children(p, node, &planes, far, near);
@@ -124,8 +123,7 @@ static void packet_walk(struct packet *p, const struct plan *plan, uint64_t lane
             if (node->count[c] > 0)
                 take_leaf(p, plan, node->kind[c], node->child[c], node->count[c], met);
             else
-                depth = stack_insert(stack, bottom, depth, (struct branch){met, node->child[c], near[c]},
-                                     plan->bvh.nodes);
+                depth = stack_insert(stack, bottom, depth, (struct branch){met, node->child[c], near[c]}, p->nodes);
         }
     }
 }
