@@ -5,7 +5,7 @@
  * time. Let u = 2^-24, R the tree's extent and o a ray's box_origin. All vertices and centres are within R on each
  * axis, so what is hit is at most √3 R from the eye; and it is at most (2 + √3) R from o (packet_find_starts). So
  * |o| <= (2 + 2√3) R < 5.5 R for every ray that hits anything. The error bounds below follow from that; what the
- * primitive's own test rounds, in double, is less by far than what they leave over.
+ * primitive's own test rounds, in double, is less by far than what they leave over, for rays from less than 2^30 R off.
  */
 #ifndef WEFT_TRACE_LANES_FILTER_H
 #define WEFT_TRACE_LANES_FILTER_H
@@ -40,10 +40,11 @@ struct flat_triangle {
 /* With s the slopes of a ray, |s| <= S, a vertex v is seen at (v - s v.z) - (o - s o.z). Rounding v, o, s (4 u S), the
  * products and the differences moves that by at most (20 + 52 S) u R < E = 2^-18 (1 + S) R.
  *
- * The triangle's own test finds a hit only if the ray passes through the triangle exactly as that test sees it, so the
- * three areas there have one sign, and no vertex is farther off than L = (1 + S) × the longest side, by coordinates.
- * Moving vertices by E changes an area by at most 4 E L + 2 E², and rounding it by 4 u (L + E)² < E (L + E) / 2:
- * 8 E (L + E) is more than both, and 2^-113 at least, so underflow does not matter. */
+ * A ray comes here if it passes the triangle's box, which is grown by 2^-20 R, so no vertex is farther off than L + E
+ * with L = (1 + S) × the longest side, by coordinates. The triangle's own test finds a hit only if its three areas have
+ * one sign, where those that round to 0 may count as either. Moving vertices by E changes an area by at most 4 E L + 2 E²,
+ * and rounding it by 4 u (L + E)² < E (L + E) / 2: 8 E (L + E) is more than both, and 2^-111 at least, so underflow does
+ * not matter. */
 static inline struct flat_triangle flat_triangle_of(const struct packet *p, const struct triangle *triangle)
 {
     const double *a = &triangle->a.x, *b = &triangle->b.x, *c = &triangle->c.x;
