@@ -5,6 +5,8 @@
  *
  * A triangle touches an object without a mesh if it lies in the plane of one of its faces, and within its box; and
  * one with a mesh if their boxes meet: to within COINCIDENCE. Of an instance, the mesh's tree tells where to look.
+ * Triangles of large meshes are not welded to other meshes: where a thousand of those reach into one another, nearly
+ * all would be found, and took minutes.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -12,6 +14,8 @@
 #include "base/memory.h"
 #include "trace/instance.h"
 #include "trace/plan_parts.h"
+
+enum { LARGE_MESH = 1 << 12 }; /* triangles */
 
 /* An object with flat faces. */
 struct target {
@@ -95,12 +99,24 @@ static void find_targets(struct search *search)
     qsort(search->targets, search->target_count, sizeof *search->targets, compare_by_low_x);
 }
 
+/* How many triangles the object's mesh has. */
+static size_t triangles_of(const struct plan *plan, size_t object)
+{
+    size_t next = object + 1 < plan->object_count ? plan->objects[object + 1].first_primitive : plan->primitive_count;
+    size_t end = next < plan->primitive_count ? plan->primitives[next].id : plan->id_count;
+    return end - plan->primitives[plan->objects[object].first_primitive].id;
+}
+
 static void find_near(struct search *search, size_t object, const struct bounds *box)
 {
+    bool is_large = triangles_of(search->plan, object) >= LARGE_MESH;
     search->near_count = 0;
-    for (size_t i = 0; i < search->target_count && search->targets[i].box.low.x <= box->high.x; i++)
-        if (search->targets[i].object != object && bounds_overlap(&search->targets[i].box, box))
-            search->near[search->near_count++] = &search->targets[i];
+    for (size_t i = 0; i < search->target_count && search->targets[i].box.low.x <= box->high.x; i++) {
+        const struct target *target = &search->targets[i];
+        bool is_welded = target->object != object && !(is_large && target->plane_count == 0);
+        if (is_welded && bounds_overlap(&target->box, box))
+            search->near[search->near_count++] = target;
+    }
 }
 
 /* --- what touches them ------------------------------------------------------------------------------------ */
@@ -225,16 +241,26 @@ static int compare_ids(const void *left, const void *right)
     return *a < *b ? -1 : *a > *b;
 }
 
+static bool shares_any(const struct plan *plan)
+{
+    for (size_t i = 0; i < plan->object_count; i++)
+        if (plan->objects[i].shares_mesh)
+            return true;
+    return false;
+}
+
 uint32_t *plan_touching(const struct plan *plan, size_t *count)
 {
     struct search search = {.plan = plan};
+    *count = 0;
+    if (!shares_any(plan))
+        return NULL;
     find_targets(&search);
     for (size_t i = 0; i < plan->object_count; i++)
         if (plan->objects[i].shares_mesh)
             search_object(&search, i);
     if (search.count > 0)
         qsort(search.ids, search.count, sizeof *search.ids, compare_ids);
-    *count = 0;
     for (size_t i = 0; i < search.count; i++) /* a tree may have a triangle in several leaves */
         if (i == 0 || search.ids[i] != search.ids[i - 1])
             search.ids[(*count)++] = search.ids[i];
