@@ -29,6 +29,8 @@ COMMON  = $(wildcard common/*/*.c)
 LANES   = $(wildcard common/trace/lanes/*.c)
 ISAS_x86_64  = sse2 avx2 avx512
 ISAS_aarch64 = neon
+# Without optimisation for speed, gcc takes the odd constant from the x87 unit, which rounds otherwise.
+NO_X87       = $(if $(filter x86_64%,$(TARGET)),-mno-80387)
 FLAGS_avx2   = -mavx2
 FLAGS_avx512 = -mavx512f -mavx512vl -mavx512dq -mavx512bw -mprefer-vector-width=512
 # The compiler's target; where no compiler is installed yet, the machine itself.
@@ -92,7 +94,7 @@ define LANES_RULE
 $(B)/obj/common/trace/lanes/%.$(1).o: common/trace/lanes/%.c $(B)/core_revision.h Makefile | $(B)/dependencies
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo '  CC   $$< ($(1))')
-	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) $(LANE_WARN) -DLANES_SUFFIX=$(1) $(FLAGS_$(1)) -MMD -MP -c -o $$@ $$<
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) $(LANE_WARN) -DLANES_SUFFIX=$(1) $(FLAGS_$(1)) $(NO_X87) -MMD -MP -c -o $$@ $$<
 endef
 $(foreach isa,ref $(ISAS),$(eval $(call LANES_RULE,$(isa))))
 
