@@ -145,13 +145,18 @@ static bool may_hold_camera(const struct plan *plan, uint32_t object)
     return bounds_overlap(&box, &eye);
 }
 
+size_t plan_end_id(const struct plan *plan, size_t object)
+{
+    size_t next = object + 1 < plan->object_count ? plan->objects[object + 1].first_primitive : plan->primitive_count;
+    return next < plan->primitive_count ? plan->primitives[next].id : plan->id_count;
+}
+
 /* Whether a ray from the camera along `direction` starts inside the object, and how far its wall is: it leaves the
  * object once more than it enters. */
 static bool camera_is_inside(const struct plan *plan, uint32_t object, struct vec3 direction, double *wall)
 {
     struct shear shear = shear_of(direction);
-    size_t next = object + 1 < plan->object_count ? plan->objects[object + 1].first_primitive : plan->primitive_count;
-    size_t end = next < plan->primitive_count ? plan->primitives[next].id : plan->id_count;
+    size_t end = plan_end_id(plan, object);
     int leaves = 0;
     *wall = INFINITY;
     for (size_t id = plan->primitives[plan->objects[object].first_primitive].id; id < end; id++) {

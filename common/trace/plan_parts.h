@@ -21,6 +21,10 @@ uint32_t *plan_share_meshes(struct plan *plan, const struct scene *scene, size_t
  * materials must be set. */
 void plan_primitives_build(struct plan *plan, const struct scene *scene, uint32_t *shared);
 
+/* One behind the last id of an object's primitives and, of an instance, triangles; the first is its first primitive's.
+ * The plan's primitives must be there. */
+size_t plan_end_id(const struct plan *plan, size_t object);
+
 /* Gives faces of different objects that lie in one plane, to within rounding, the same record of it, up to its sign; of
  * shared meshes, those that plan_touching finds. The plan's primitives must be there; the tree must not yet. */
 void plan_weld(struct plan *plan, const struct scene *scene);

@@ -102,9 +102,7 @@ static void find_targets(struct search *search)
 /* How many triangles the object's mesh has. */
 static size_t triangles_of(const struct plan *plan, size_t object)
 {
-    size_t next = object + 1 < plan->object_count ? plan->objects[object + 1].first_primitive : plan->primitive_count;
-    size_t end = next < plan->primitive_count ? plan->primitives[next].id : plan->id_count;
-    return end - plan->primitives[plan->objects[object].first_primitive].id;
+    return plan_end_id(plan, object) - plan->primitives[plan->objects[object].first_primitive].id;
 }
 
 static void find_near(struct search *search, size_t object, const struct bounds *box)

@@ -31,11 +31,6 @@ static struct bounds overlap(const struct bounds *a, const struct bounds *b)
                             smaller(a->high.z, b->high.z)}};
 }
 
-static bool is_empty(const struct bounds *box)
-{
-    return box->low.x > box->high.x || box->low.y > box->high.y || box->low.z > box->high.z;
-}
-
 /* The overlaps of any two of the boxes, which are sorted by low.x: each is compared with those that begin, along x,
  * before it ends. Returns how many of them there are, or CONTACTS_MAX + 1 if there are more. */
 static size_t find_overlaps(const struct bounds *boxes, size_t count, struct bounds overlaps[CONTACTS_MAX])
@@ -43,12 +38,11 @@ static size_t find_overlaps(const struct bounds *boxes, size_t count, struct bou
     size_t found = 0;
     for (size_t i = 0; i < count; i++)
         for (size_t k = i + 1; k < count && boxes[k].low.x <= boxes[i].high.x; k++) {
-            struct bounds both = overlap(&boxes[i], &boxes[k]);
-            if (is_empty(&both))
+            if (!bounds_overlap(&boxes[i], &boxes[k]))
                 continue;
             if (found == CONTACTS_MAX)
                 return CONTACTS_MAX + 1;
-            overlaps[found++] = both;
+            overlaps[found++] = overlap(&boxes[i], &boxes[k]);
         }
     return found;
 }

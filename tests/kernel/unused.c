@@ -22,17 +22,9 @@
 
 #include "base/cpu.h"
 #include "base/parallel.h"
+#include "tests/sanitized.h"
 #include "tests/scene_builder.h"
 #include "trace/plan_parts.h"
-
-/* gcc says it by a macro, clang by a feature. Such programs do not run under valgrind. */
-#if defined(__SANITIZE_ADDRESS__)
-#define SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define SANITIZED
-#endif
-#endif
 
 static const double share_allowed = 0.005; /* of the instructions */
 

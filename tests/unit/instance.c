@@ -14,20 +14,12 @@
 
 #include "scene/load.h"
 #include "tests/random.h"
+#include "tests/sanitized.h"
 #include "tests/scene_builder.h"
 #include "trace/instance.h"
 #include "trace/plan_facts.h"
 #include "trace/plan_parts.h"
 #include "trace/surface.h"
-
-/* gcc says it by a macro, clang by a feature. */
-#if defined(__SANITIZE_ADDRESS__)
-#define SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define SANITIZED
-#endif
-#endif
 
 static struct affine place_of(uint32_t i)
 {
