@@ -31,6 +31,38 @@ enum wall {
     WALL_SOLID /* a far wall: what goes in comes out */
 };
 
+/* What rounding does to a primitive's roots grows with the ray's distance, times the flatness of what is flat: a cone
+ * 2^20 times as wide as high, seen from 64 extents away, is moved by some 2^-24 of the extent across, which is within
+ * what the boxes of a tree are grown by. From yet farther away the ray is intersected from where it comes near the eye,
+ * around which the tree is. */
+#define DISTANT 64
+
+/* `extent` is the tree's, 0 without one. */
+static inline bool is_distant(struct vec3 point, double extent)
+{
+    return extent > 0 && vec3_max_abs(point) > DISTANT * extent;
+}
+
+/* How far along its way a ray is taken before it is intersected: 0 unless it is distant. What it hits is still told by t
+ * from its own origin. If it is distant then, too, it meets nothing of the tree. */
+static inline double ray_shift(struct vec3 origin, struct vec3 direction, double extent)
+{
+    double shift = -vec3_dot(origin, direction) - 2 * extent;
+    return is_distant(origin, extent) && shift > 0 && shift < INFINITY ? shift : 0;
+}
+
+/* More than what is rounded off where the shift is added to roots or taken from bounds on t. */
+static inline double shift_slop(double shift)
+{
+    return 0x1p-50 * shift;
+}
+
+/* The roots of a ray that was shifted, from its own origin. */
+static inline struct roots roots_unshifted(struct roots roots, double shift)
+{
+    return shift > 0 ? (struct roots){roots.enter + shift, roots.leave + shift} : roots;
+}
+
 /* Moves a leaving root at t farther along by that share of |t| + reach. */
 static inline double leave_delay(double share, double t, double reach)
 {

@@ -2,8 +2,9 @@
  * A bounding-volume hierarchy over a plan's primitives, eight children a node.
  *
  * Boxes are floats, relative to the camera, and grown by GROWTH of the tree's extent: more than their rounding to
- * float, and so much that no rounding in a primitive's own test can put a hit outside its box, for rays that start
- * within the extent. What a ray hits therefore does not depend on the tree. Planes, and a few primitives that dwarf
+ * float, and so much that no rounding in a primitive's own test can put a hit outside its box; rays from far off are
+ * brought near before (ray_shift), and those that graze triangles are kept to them (triangle_grazed_roots), whose pieces
+ * may be in several boxes. What a ray hits therefore does not depend on the tree. Planes, and a few primitives that dwarf
  * the rest, stay outside it: a giant would stretch the extent, and so every box.
  */
 #ifndef WEFT_TRACE_BVH_H

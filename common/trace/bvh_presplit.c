@@ -1,7 +1,9 @@
 /* Cuts triangles whose boxes are mostly empty into pieces with a box each: where long thin ones lie across the axes,
  * boxes around whole triangles overlap so much that a tree tells little (Ernst and Greiner, "Early Split Clipping for
  * Bounding Volume Hierarchies", RT 2007). What a box is wasted on is measured as Karras and Aila do ("Fast Parallel
- * Construction of High-Quality Bounding Volume Hierarchies", HPG 2013, section 4.2). */
+ * Construction of High-Quality Bounding Volume Hierarchies", HPG 2013, section 4.2).
+ *
+ * A hit is found if it is in the box of the piece that it is on: see triangle_grazed_roots. */
 #include <math.h>
 #include <stdlib.h>
 

@@ -105,13 +105,14 @@ static inline double edge_side(struct vec3 p, struct vec3 q, double area)
     return area == 0 ? tie : area;
 }
 
-/* Watertight (Woop, Benthin and Wald, JCGT 2(1), 2013), but for t, which comes from the plane: weights of a
- * needle's corners are far less exact than its plane, and flat faces in one plane get equal t. Two triangles
- * that share an edge leave no gap and no overlap, because each edge's sign comes from one difference of products
- * of the same numbers, and where that is zero from the direction in which the edge runs. `shear` is
- * shear_of(direction). */
-static inline struct roots triangle_roots(const struct triangle *triangle, struct vec3 origin, struct vec3 direction,
-                                          const struct shear *shear)
+/* The root t of a ray that meets the triangle's plane there, if it passes through the triangle. `shear` is
+ * shear_of(direction).
+ *
+ * Watertight (Woop, Benthin and Wald, JCGT 2(1), 2013): two triangles that share an edge leave no gap and no overlap,
+ * because each edge's sign comes from one difference of products of the same numbers, and where that is zero from the
+ * direction in which the edge runs. */
+static inline struct roots triangle_roots_at(const struct triangle *triangle, struct vec3 origin,
+                                             const struct shear *shear, double t)
 {
     struct vec3 a = sheared(triangle->a, origin, shear);
     struct vec3 b = sheared(triangle->b, origin, shear);
@@ -119,9 +120,82 @@ static inline struct roots triangle_roots(const struct triangle *triangle, struc
     struct vec3 area = edge_areas(a, b, c);
     double bc = edge_side(c, b, area.x), ca = edge_side(a, c, area.y), ab = edge_side(b, a, area.z);
     bool met = ((bc > 0) & (ca > 0) & (ab > 0)) | ((bc < 0) & (ca < 0) & (ab < 0));
-    double t = plane_distance(&triangle->plane, origin, direction);
     /* Counter-clockwise, so seen from the front, makes the areas positive. */
     return flat_roots(met ? t : NAN, (area.x + area.y + area.z) * shear->winding);
+}
+
+/* t comes from the triangle's plane: weights of a needle's corners are far less exact than its plane, and flat faces in
+ * one plane get equal t. Rounding puts it off by about 16 u (|origin| + |corner|) / |normal · direction|, u = 2^-53. Where
+ * that sine is below GRAZED, t is kept to where the ray is within the triangle. */
+#define GRAZED 0x1p-12
+
+static inline bool triangle_is_grazed(const struct triangle *triangle, struct vec3 direction)
+{
+    return fabs(vec3_dot(triangle->plane.normal, direction)) < GRAZED;
+}
+
+/* Of a ray that does not graze the triangle. */
+static inline struct roots triangle_steep_roots(const struct triangle *triangle, struct vec3 origin,
+                                                struct vec3 direction, const struct shear *shear)
+{
+    return triangle_roots_at(triangle, origin, shear, plane_distance(&triangle->plane, origin, direction));
+}
+
+/* Adds to a range of depths the one at which the edge from p to q, as seen along a ray, crosses x = 0, if it does. */
+static inline struct interval edge_depth(struct interval range, struct vec3 p, struct vec3 q)
+{
+    double share = p.x == q.x ? 0 : p.x / (p.x - q.x);
+    double z = p.z + share * (q.z - p.z);
+    bool passes = ((p.x <= 0) & (q.x >= 0)) | ((p.x >= 0) & (q.x <= 0));
+    struct interval joined = {z < range.low ? z : range.low, z > range.high ? z : range.high};
+    return passes ? joined : range;
+}
+
+/* Where along a ray that passes through the triangle it may be within it: where the plane does that holds the ray and
+ * one of the axes across it. Of the two axes that for which this plane cuts the triangle's own more steeply. */
+static inline struct interval triangle_stay(const struct triangle *triangle, struct vec3 origin, struct vec3 direction,
+                                            const struct shear *shear)
+{
+    struct vec3 a = sheared(triangle->a, origin, shear);
+    struct vec3 b = sheared(triangle->b, origin, shear);
+    struct vec3 c = sheared(triangle->c, origin, shear);
+    struct vec3 d = axis_to_z(direction, shear->axis), normal = axis_to_z(triangle->plane.normal, shear->axis);
+    if (fabs(normal.x) > fabs(normal.y)) {
+        a.x = a.y;
+        b.x = b.y;
+        c.x = c.y;
+    }
+    struct interval depths = {INFINITY, -INFINITY};
+    depths = edge_depth(edge_depth(edge_depth(depths, a, b), b, c), c, a);
+    double first = depths.low / d.z, last = depths.high / d.z;
+    return (struct interval){first < last ? first : last, first < last ? last : first};
+}
+
+/* Of a ray that grazes the triangle.
+ *
+ * The ray is then near a point of the triangle at t, as it is for steeper rays, and so within every box that holds the
+ * point, or for a triangle in pieces within that of the piece that does: no tree can lose the hit, because of nearer
+ * ones or of where the ray begins and ends, and from every leaf that has the triangle it is the same hit. For the signs
+ * of the areas are exact for corners that are moved by a few u (|origin| + |corner|). There the stay holds the place
+ * where the ray meets the plane, and at each of its depths the triangle has a point beside the ray along one axis. How
+ * far beside is told by the ray's distance from the plane, at most 3 times that, as the normal is across the ray: a few u
+ * at the plane's t, and less at an end of the stay that lies between that and the place. */
+static inline struct roots triangle_grazed_roots(const struct triangle *triangle, struct vec3 origin,
+                                                 struct vec3 direction, const struct shear *shear)
+{
+    struct interval stay = triangle_stay(triangle, origin, direction, shear);
+    double t = plane_distance(&triangle->plane, origin, direction);
+    double kept = t > stay.low ? t : stay.low; /* also where t is 0 / 0 */
+    kept = kept < stay.high ? kept : stay.high;
+    return triangle_roots_at(triangle, origin, shear, vec3_is_zero(triangle->plane.normal) ? NAN : kept);
+}
+
+/* For one ray: by a branch. */
+static inline struct roots triangle_roots(const struct triangle *triangle, struct vec3 origin, struct vec3 direction,
+                                          const struct shear *shear)
+{
+    return triangle_is_grazed(triangle, direction) ? triangle_grazed_roots(triangle, origin, direction, shear)
+                                                   : triangle_steep_roots(triangle, origin, direction, shear);
 }
 
 /* Not below 0 where triangle_roots has a root, and seldom elsewhere. */

@@ -13,6 +13,8 @@ struct walk {
     struct ray ray;
     struct window window;
     struct shear shear;
+    struct vec3 start; /* the origin, or where a distant ray is taken to start */
+    double shift;      /* what is between them */
     double t_limit; /* nothing beyond is of interest */
     struct crossing hit;
     struct crossing_list *crossings;
@@ -42,7 +44,8 @@ static struct space space_make(const struct bvh *bvh, struct vec3 origin, struct
 static bool meets(const struct walk *walk, const struct space *space, const struct bvh_node *node, int child)
 {
     const double *origin = space->origin, *inverse = space->inverse;
-    double near = walk->ray.t_min - space->slop, far = walk->t_limit + space->slop;
+    double slop = space->slop + shift_slop(walk->shift);
+    double near = walk->ray.t_min - walk->shift - slop, far = walk->t_limit - walk->shift + slop;
     for (int axis = 0; axis < 3; axis++) {
         double t0 = (node->low[axis][child] - origin[axis]) * inverse[axis];
         double t1 = (node->high[axis][child] - origin[axis]) * inverse[axis];
@@ -59,7 +62,7 @@ static bool walk_tree(struct walk *walk, const struct space *space, visit *take)
 static bool walk_instance(struct walk *walk, const struct instance *instance, visit *take)
 {
     const struct bvh *bvh = &instance->mesh->bvh;
-    struct space space = space_make(bvh, instance_origin(instance, walk->ray.origin),
+    struct space space = space_make(bvh, instance_origin(instance, walk->start),
                                     instance_direction(instance, walk->ray.direction));
     space.instance = instance;
     space.slop = instance->slop;
@@ -121,7 +124,9 @@ static void walk_scene(struct walk *walk, visit *take)
     for (size_t i = 0; i < plan->bvh.loose_count; i++)
         if (!walk_primitive(walk, &plan->primitives[plan->bvh.loose[i]], take))
             return;
-    struct space space = space_make(&plan->bvh, walk->ray.origin, walk->ray.direction);
+    if (is_distant(walk->start, plan->bvh.extent))
+        return;
+    struct space space = space_make(&plan->bvh, walk->start, walk->ray.direction);
     walk_tree(walk, &space, take);
 }
 
@@ -130,6 +135,8 @@ static struct walk start_walk(const struct plan *plan, const struct ray_batch *r
     struct walk walk = {.plan = plan, .ray = ray_batch_get(rays, index)};
     walk.window = window_of(&walk.ray);
     walk.shear = shear_of(walk.ray.direction);
+    walk.shift = ray_shift(walk.ray.origin, walk.ray.direction, plan->bvh.extent);
+    walk.start = vec3_add_scaled(walk.ray.origin, walk.ray.direction, walk.shift);
     walk.t_limit = walk.ray.t_max;
     walk.hit = (struct crossing){.t = walk.ray.t_max, .ray = (uint32_t)index, .id = PRIMITIVE_NONE};
     return walk;

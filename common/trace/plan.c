@@ -332,7 +332,9 @@ static struct roots primitive_roots(const struct plan *plan, uint32_t id, struct
 struct roots plan_roots(const struct plan *plan, uint32_t id, struct vec3 origin, struct vec3 direction,
                         const struct shear *shear)
 {
-    struct roots roots = primitive_roots(plan, id, origin, direction, shear);
+    double shift = ray_shift(origin, direction, plan->bvh.extent);
+    struct vec3 start = shift > 0 ? vec3_add_scaled(origin, direction, shift) : origin;
+    struct roots roots = roots_unshifted(primitive_roots(plan, id, start, direction, shear), shift);
     roots.leave += plan_leave_delay(plan, id, origin, roots.leave);
     return roots;
 }

@@ -1,7 +1,8 @@
 /*
  * The filters of packets let pass whatever a primitive's own test hits: needles and specks, rays through
- * corners, beside edges, along faces and from far off. They drop most of what misses; and with much less than
- * the margins that they allow for the errors of floats they would lose hits, as some of these rays show.
+ * corners, beside edges, along faces and from as far off as rays that are not distant can be. They drop most of
+ * what misses; and with much less than the margins that they allow for the errors of floats they would lose hits,
+ * as some of these rays show.
  *
  * (The lanes here are those of the compiler's plain target.)
  */
@@ -145,7 +146,7 @@ static double beside(const struct aim *aim)
 /* Through `point` along `way`, from one of many distances; some start on the target. */
 static struct ray ray_through(const struct aim *aim, struct vec3 point, struct vec3 way)
 {
-    static const double distances[8] = {0, 1e-7, 0.5, 1, 2.5, 3, 1e3, 1e6};
+    static const double distances[8] = {0, 1e-7, 0.5, 1, 2.5, 3, 20, 60};
     double distance = one_of_eight(aim, 30, distances) * aim->extent * random_between(aim->of, 32, 0.5, 1);
     struct ray ray = {vec3_add_scaled(point, way, -distance), way, 0, INFINITY, KEY_NONE, PRIMITIVE_NONE, 0};
     if (aim->style->camera) {

@@ -5,7 +5,7 @@
  * time. Let u = 2^-24, R the tree's extent and o a ray's box_origin. All vertices and centres are within R on each
  * axis, so what is hit is at most √3 R from the eye; and it is at most (2 + √3) R from o (packet_find_starts). So
  * |o| <= (2 + 2√3) R < 5.5 R for every ray that hits anything. The error bounds below follow from that; what the
- * primitive's own test rounds, in double, is less by far than what they leave over, for rays from less than 2^30 R off.
+ * primitive's own test rounds, in double, is less by far than what they leave over, as no ray here is distant (ahead.h).
  */
 #ifndef WEFT_TRACE_LANES_FILTER_H
 #define WEFT_TRACE_LANES_FILTER_H

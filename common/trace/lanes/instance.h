@@ -22,14 +22,14 @@ static inline void instance_prepare_ray(struct packet *in, const struct instance
     struct vec3 o = instance_origin(instance, packet_origin(in, i));
     struct vec3 d = instance_direction(instance, packet_direction(in, i));
     double beyond = (vec3_length(o) - 2 * extent) / vec3_length(d), start = beyond > 0 ? beyond : 0;
-    in->start[i] = start;
+    in->start[i] = start + (in->shift - shift_slop(in->shift));
     in->box_origin[0][i] = (float)(o.x + start * d.x);
     in->box_origin[1][i] = (float)(o.y + start * d.y);
     in->box_origin[2][i] = (float)(o.z + start * d.z);
     in->inverse[0][i] = 1 / (float)d.x;
     in->inverse[1][i] = 1 / (float)d.y;
     in->inverse[2][i] = 1 / (float)d.z;
-    in->near[i] = (float)(in->t_min[i] - instance->slop - start) * (1 - BOX_SLACK);
+    in->near[i] = (float)(in->t_min[i] - instance->slop - in->start[i] - 2 * shift_slop(in->shift)) * (1 - BOX_SLACK);
     in->far[i] = instance_far(in, i);
 }
 
@@ -49,7 +49,9 @@ static inline void instance_enter(struct packet *in, struct packet *p, const str
     in->key = p->key;
     in->crossings = p->crossings;
     in->first_ray = p->first_ray;
+    in->shift = p->shift;
     in->is_sheared = true;
+    in->ways = p->ways;
     in->is_flat = in->is_floats = in->in_tree = false;
     in->instance = instance;
     in->nodes = instance->mesh->bvh.nodes;
@@ -107,15 +109,20 @@ static inline void take_placed(struct packet *p, const struct plan *plan, uint32
 {
     struct triangle triangle = instance_corners(p->instance, number);
     struct taken taken = instance_taken(plan, p->instance, number);
-    bool has_plane = false;
+    bool has_plane = false, grazed = false;
     for (uint64_t left = lanes; left; left &= ~(UINT64_C(0xff) << first_group(left))) {
         int base = first_group(left);
         if (!(left >> base & may_meet_triangle(p, base, &triangle, taken.id)))
             continue;
-        if (!has_plane)
+        if (!has_plane) {
             instance_set_plane(p->instance, number, &triangle);
+            grazed = may_graze(p, &triangle);
+        }
         has_plane = true;
-        take_triangle(p, base, &triangle, &taken);
+        if (grazed)
+            take_grazed(p, &triangle, UINT64_C(0xff) << base, &taken);
+        else
+            take_steep(p, base, &triangle, &taken);
     }
 }
 

@@ -30,11 +30,16 @@ struct packet {
     struct {
         _Alignas(64) double axis[PACKET_RAYS], x[PACKET_RAYS], y[PACKET_RAYS], winding[PACKET_RAYS];
     } shear;
+    struct {
+        double middle[3], half[3];
+    } ways;                   /* a box around all directions; there if `shear` is */
     bool is_sheared, is_flat; /* `shear` and `flat` are there: from the packet's first triangle on */
     bool is_floats;           /* `floats` is there: from the packet's first frustum on */
     bool in_tree;             /* what is met now is of the tree, so within its extent, as filter.h wants it */
     /* For boxes, in float: rays begin at `start` and what is of interest lies within near..far from there. */
     _Alignas(64) double start[PACKET_RAYS];
+    uint64_t distant; /* lanes of distant rays, each of which walks alone (walk.h) */
+    double shift;     /* ray_shift of one that does now, else 0; `origin` is then where it is shifted to */
     _Alignas(64) float box_origin[3][PACKET_RAYS], inverse[3][PACKET_RAYS];
     _Alignas(64) float near[PACKET_RAYS], far[PACKET_RAYS];
     struct packet_bounds {
@@ -114,6 +119,16 @@ static inline void packet_find_bounds(struct packet *p)
     }
 }
 
+/* For boxes such rays start where they are shifted to. */
+static __attribute__((noinline)) void packet_find_distant(struct packet *p, double extent)
+{
+    for (int i = 0; i < PACKET_RAYS; i++) {
+        double shift = ray_shift(packet_origin(p, i), packet_direction(p, i), extent);
+        p->start[i] = shift > 0 ? shift : p->start[i];
+        p->distant |= (uint64_t)is_distant(packet_origin(p, i), extent) << i;
+    }
+}
+
 /* A ray that comes from far off starts, for the boxes, where it comes near the tree: floats are too coarse for its own
  * origin. Whatever is within `extent`, the tree's farthest coordinate, has at least this distance from it. */
 static inline void packet_find_starts(struct packet *p, double extent)
@@ -129,9 +144,11 @@ static inline void packet_find_starts(struct packet *p, double extent)
         return;
     LANES_LOOP
     for (int i = 0; i < PACKET_RAYS; i++) {
-        double beyond = vec3_length(packet_origin(p, i)) - 2 * extent;
-        p->start[i] = beyond > 0 ? beyond : 0;
+        double beyond = vec3_length(packet_origin(p, i)) - 2 * extent, ahead = beyond > 0 ? beyond : 0;
+        p->start[i] = ahead < INFINITY ? ahead : 0; /* the squares may be too large */
     }
+    if (largest > 0.99 * DISTANT * extent)
+        packet_find_distant(p, extent);
 }
 
 static inline void packet_prepare_boxes(struct packet *p, double extent)
@@ -209,6 +226,17 @@ static inline void packet_prepare_flat(struct packet *p)
     }
 }
 
+/* The middle of what a coordinate of all directions is in, and how far they are from it. */
+static inline void packet_find_ways(struct packet *p)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        bool known = p->nodes && p->bounds[axis].sign != 0;
+        float low = known ? 1 / p->bounds[axis].inverse_high : -1, high = known ? 1 / p->bounds[axis].inverse_low : 1;
+        p->ways.middle[axis] = (low + high) / 2;
+        p->ways.half[axis] = (high - low) / 2;
+    }
+}
+
 static inline void packet_prepare_shear(struct packet *p)
 {
     if (p->is_sheared)
@@ -222,6 +250,7 @@ static inline void packet_prepare_shear(struct packet *p)
         p->shear.y[i] = shear.y;
         p->shear.winding[i] = shear.winding;
     }
+    packet_find_ways(p);
 }
 
 static inline void packet_prepare_floats(struct packet *p)
@@ -262,6 +291,8 @@ static inline void packet_start(struct packet *p, const struct plan *plan, const
         p->reach[i] = vec3_max_abs(packet_origin(p, i));
     }
     p->is_sheared = p->is_flat = p->is_floats = p->in_tree = false;
+    p->distant = 0;
+    p->shift = 0;
     p->extent = plan->bvh.extent;
     if (plan->bvh.node_count > 0) {
         packet_prepare_boxes(p, plan->bvh.extent);

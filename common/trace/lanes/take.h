@@ -27,8 +27,17 @@ static inline void take_found(struct packet *p, int base, int end, const struct 
 static void take_instances(struct packet *p, const struct plan *plan, size_t first, size_t count, uint64_t lanes);
 static void take_instances_one(struct packet *p, const struct plan *plan, size_t first, size_t count, int ray);
 
-/* For each kind, a group of lanes from `base`, and one lane, against one primitive. */
-#define DEFINE_TAKE(name, type, wall, roots)                                                                     \
+/* For each kind, one lane against one primitive. */
+#define DEFINE_TAKE_ONE(name, type, wall, roots)                                                                 \
+    static void take_##name##_one(struct packet *p, int i, const struct type *primitive,                         \
+                                  const struct taken *taken)                                                     \
+    {                                                                                                            \
+        take_roots(p, i, roots_unshifted(roots, p->shift), wall, taken);                                         \
+        take_found(p, i, i + 1, taken);                                                                          \
+    }
+
+/* And a group of lanes from `base`. */
+#define DEFINE_TAKE_GROUP(name, type, wall, roots)                                                               \
     static inline __attribute__((always_inline)) void take_##name(                                               \
         struct packet *p, int base, const struct type *from, const struct taken *taken)                          \
     {                                                                                                            \
@@ -37,13 +46,11 @@ static void take_instances_one(struct packet *p, const struct plan *plan, size_t
         for (int i = base; i < base + GROUP; i++)                                                                \
             take_roots(p, i, roots, wall, taken);                                                                \
         take_found(p, base, base + GROUP, taken);                                                                \
-    }                                                                                                            \
-    static void take_##name##_one(struct packet *p, int i, const struct type *primitive,                         \
-                                  const struct taken *taken)                                                     \
-    {                                                                                                            \
-        take_roots(p, i, roots, wall, taken);                                                                    \
-        take_found(p, i, i + 1, taken);                                                                          \
     }
+
+#define DEFINE_TAKE(name, type, wall, roots)                                                                     \
+    DEFINE_TAKE_ONE(name, type, wall, roots)                                                                     \
+    DEFINE_TAKE_GROUP(name, type, wall, roots)
 
 #define RAY packet_origin(p, i), packet_direction(p, i)
 #define SHEAR &(struct shear){p->shear.axis[i], p->shear.x[i], p->shear.y[i], p->shear.winding[i]}
@@ -55,10 +62,47 @@ DEFINE_TAKE(disc, disc, WALL_NONE, disc_roots(primitive, RAY))
 DEFINE_TAKE(capped, frustum, WALL_SOLID, frustum_capped_roots(primitive, RAY))
 DEFINE_TAKE(open, frustum, WALL_OPEN, frustum_open_roots(primitive, RAY))
 DEFINE_TAKE(box, box, WALL_SOLID, box_roots(primitive, RAY))
-DEFINE_TAKE(triangle, triangle, WALL_NONE, triangle_roots(primitive, RAY, SHEAR))
+DEFINE_TAKE_GROUP(steep, triangle, WALL_NONE, triangle_steep_roots(primitive, RAY, SHEAR))
+DEFINE_TAKE_ONE(triangle, triangle, WALL_NONE, triangle_roots(primitive, RAY, SHEAR))
 
 #undef SHEAR
 #undef RAY
+
+/* Whether any ray of the packet may graze it. (Twice GRAZED, as the directions are known to floats.) */
+static inline bool may_graze(const struct packet *p, const struct triangle *triangle)
+{
+    const double *middle = p->ways.middle, *half = p->ways.half;
+    const struct vec3 n = triangle->plane.normal;
+    double reach = fabs(n.x) * half[0] + fabs(n.y) * half[1] + fabs(n.z) * half[2];
+    return !(fabs(n.x * middle[0] + n.y * middle[1] + n.z * middle[2]) > reach + 2 * GRAZED);
+}
+
+/* Which lanes of a group do. */
+static __attribute__((noinline)) uint32_t grazing_lanes(const struct packet *p, int base,
+                                                        const struct triangle *from)
+{
+    const struct triangle copy = *from, *triangle = &copy; /* so that it is seen not to change in the loop */
+    _Alignas(64) double slacks[GROUP];
+    LANES_LOOP
+    for (int i = base; i < base + GROUP; i++)
+        slacks[i - base] = triangle_is_grazed(triangle, packet_direction(p, i)) ? 0 : -1;
+    return lanes_not_negative(slacks);
+}
+
+/* The groups that hold any of the lanes, of which some may graze the triangle: then each lane alone. */
+static __attribute__((noinline)) void take_grazed(struct packet *p, const struct triangle *triangle, uint64_t lanes,
+                                                  const struct taken *taken)
+{
+    for (uint64_t left = lanes; left; left &= ~(UINT64_C(0xff) << first_group(left))) {
+        int base = first_group(left);
+        if (!grazing_lanes(p, base, triangle)) {
+            take_steep(p, base, triangle, taken);
+            continue;
+        }
+        for (int i = base; i < base + GROUP; i++)
+            take_triangle_one(p, i, triangle, taken);
+    }
+}
 
 /* Where a primitive's own test says soon enough. */
 #define ALL_LANES(p, primitive, id, lanes) (lanes)
@@ -74,6 +118,24 @@ DEFINE_TAKE(triangle, triangle, WALL_NONE, triangle_roots(primitive, RAY, SHEAR)
         for (uint64_t left = lanes; left; left &= ~(UINT64_C(0xff) << first_group(left)))                        \
             take_##name(p, first_group(left), &plan->array[index], &taken);                                      \
     } while (0)
+
+/* The same for a triangle. */
+static inline __attribute__((always_inline)) uint64_t take_triangle(struct packet *p, const struct triangle *triangle,
+                                                                    const struct taken *taken, uint64_t lanes, int ray)
+{
+    if (ray >= 0) {
+        take_triangle_one(p, ray, triangle, taken);
+        return lanes;
+    }
+    lanes = triangle_lanes(p, triangle, taken->id, lanes);
+    if (lanes && may_graze(p, triangle)) {
+        take_grazed(p, triangle, lanes, taken);
+        return lanes;
+    }
+    for (uint64_t left = lanes; left; left &= ~(UINT64_C(0xff) << first_group(left)))
+        take_steep(p, first_group(left), triangle, taken);
+    return lanes;
+}
 
 static inline struct taken taken_of(const struct plan *plan, int kind, size_t index)
 {
@@ -113,7 +175,7 @@ static inline __attribute__((always_inline)) uint64_t take_primitive(struct pack
         TAKE(box, boxes, ALL_LANES);
         break;
     case PRIMITIVE_TRIANGLE:
-        TAKE(triangle, triangles, triangle_lanes);
+        lanes = take_triangle(p, &plan->triangles[index], &taken, lanes, ray);
         break;
     case PRIMITIVE_INSTANCE: /* take_leaf and take_leaf_one see to that */
     case PRIMITIVE_KINDS:

@@ -76,6 +76,8 @@ static __attribute__((noinline)) void ray_walk(struct packet *p, const struct pl
     struct branch stack[BVH_STACK_MAX];
     const struct box_ray box_ray = box_ray_of(p, ray);
     int depth = 0;
+    if (!(fabsf(box_ray.origin[0]) + fabsf(box_ray.origin[1]) + fabsf(box_ray.origin[2]) < INFINITY))
+        return; /* so far off that floats cannot tell it: it is not aimed at anything */
     stack[depth++] = (struct branch){0, root, -INFINITY};
     while (depth > 0) {
         struct branch at = stack[--depth];
@@ -128,10 +130,9 @@ static void packet_walk(struct packet *p, const struct plan *plan, uint64_t lane
     }
 }
 
-/* Brings the packet's first `count` lanes to all primitives of the scene that they may meet. */
-static void packet_walk_scene(struct packet *p, const struct plan *plan, int count)
+/* Brings those lanes to all primitives of the scene that they may meet. */
+static void packet_walk_lanes(struct packet *p, const struct plan *plan, uint64_t lanes)
 {
-    uint64_t lanes = count == PACKET_RAYS ? UINT64_MAX : (UINT64_C(1) << count) - 1;
     if (plan->bvh.node_count == 0) {
         for (int kind = 0; kind < PRIMITIVE_KINDS; kind++)
             if (plan->count[kind] > 0)
@@ -144,6 +145,59 @@ static void packet_walk_scene(struct packet *p, const struct plan *plan, int cou
     }
     p->in_tree = true;
     packet_walk(p, plan, lanes);
+}
+
+/* --- distant rays ----------------------------------------------------------------------------------------- */
+
+/* Brings a distant ray, alone, to what it may meet. */
+static void distant_walk(const struct packet *from, const struct plan *plan, int ray)
+{
+    struct packet alone = *from, *p = &alone;
+    double origin[3][PACKET_RAYS];
+    p->shift = ray_shift(packet_origin(from, ray), packet_direction(from, ray), plan->bvh.extent);
+    for (int axis = 0; axis < 3; axis++) {
+        origin[axis][ray] = from->origin[axis][ray] + p->shift * from->direction[axis][ray];
+        p->origin[axis] = origin[axis];
+    }
+    p->near[ray] = (float)(p->t_min[ray] - p->shift - shift_slop(p->shift)) * (1 - BOX_SLACK);
+    p->start[ray] = p->shift - shift_slop(p->shift);
+    packet_prepare_shear(p);
+    for (size_t i = 0; i < plan->bvh.loose_count; i++) {
+        const struct primitive *primitive = &plan->primitives[plan->bvh.loose[i]];
+        if (primitive->kind == PRIMITIVE_INSTANCE)
+            take_instances_one(p, plan, primitive->index, 1, ray);
+        else
+            take_primitive(p, plan, primitive->kind, primitive->index, 0, ray);
+    }
+    p->far[ray] = packet_far(p->t[ray], p->start[ray]);
+    p->in_tree = true;
+    if (!is_distant(packet_origin(p, ray), plan->bvh.extent))
+        ray_walk(p, plan, ray, 0);
+}
+
+/* The lanes that are distant, each alone, and then the others together, without those in their groups. */
+static __attribute__((noinline)) void packet_walk_apart(struct packet *p, const struct plan *plan, uint64_t lanes)
+{
+    double t[PACKET_RAYS];
+    for (uint64_t left = lanes & p->distant; left; left &= left - 1) {
+        int i = __builtin_ctzll(left);
+        distant_walk(p, plan, i);
+        t[i] = p->t[i];
+        p->t[i] = p->far[i] = -INFINITY;
+    }
+    packet_walk_lanes(p, plan, lanes & ~p->distant);
+    for (uint64_t left = lanes & p->distant; left; left &= left - 1)
+        p->t[__builtin_ctzll(left)] = t[__builtin_ctzll(left)];
+}
+
+/* Brings the packet's first `count` lanes to all primitives of the scene that they may meet. */
+static void packet_walk_scene(struct packet *p, const struct plan *plan, int count)
+{
+    uint64_t lanes = count == PACKET_RAYS ? UINT64_MAX : (UINT64_C(1) << count) - 1;
+    if (p->distant)
+        packet_walk_apart(p, plan, lanes);
+    else
+        packet_walk_lanes(p, plan, lanes);
 }
 
 #endif
