@@ -181,13 +181,17 @@ static void print_left_out(const struct plan_facts *facts)
 
 static void print_needs(const char *path, const struct scene *scene, const struct asset_set *assets)
 {
-    const struct trace_settings settings = {scene->width, scene->height, scene->samples ? scene->samples : 1};
+    const struct trace_settings settings = {scene->width, scene->height, scene->samples ? scene->samples : 1,
+                                            scene->filter};
     struct plan *plan = plan_create(scene, &settings, cpu_available());
     struct plan_facts facts = plan_facts_of(plan, scene);
     size_t bytes = 0;
     for (size_t i = 0; i < assets->count; i++)
         bytes += assets->assets[i].bytes.size;
-    printf("%s: good\nimage: %u×%u\nfiles: %zu, %zu bytes\n", path, scene->width, scene->height, assets->count, bytes);
+    printf("%s: good\nimage: %u×%u\n", path, scene->width, scene->height);
+    if (scene->filter != FILTER_BOX)
+        printf("filter: %s\n", pixel_filter_names[scene->filter]);
+    printf("files: %zu, %zu bytes\n", assets->count, bytes);
     printf("objects: %zu, of %zu primitives\nlights: %zu\ndepth: %u\nkernel: %s\n", facts.objects, facts.primitives,
            facts.lights, scene->depth, kernel_default()->name);
     print_compiled_in(&facts);

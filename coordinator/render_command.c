@@ -16,14 +16,15 @@
 #include "trace/kernel.h"
 #include "wire/socket.h"
 
-enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_BAND, OPTION_KERNEL, OPTION_PROGRESS, OPTION_INSECURE, OPTION_HELP,
-       OPTION_VERSION };
+enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL, OPTION_PROGRESS, OPTION_INSECURE,
+       OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
     {'o', "output", "OUT", "file (.png, .pfm), or with several scenes a folder"},
     {OPTION_BITS, "bits", "8|16", "bits a channel of a PNG (default 8)"},
     {'s', "size", "WxH", "image size in pixels (default: the scene's)"},
     {OPTION_SAMPLES, "samples", "N", "samples a pixel (default: the scene's, else 4)"},
+    {OPTION_FILTER, "filter", "NAME", "of pixels: box, or tent, which is smoother (default: the scene's)"},
     {'w', "workers", "N", "local worker processes (default 1; 0: only remote ones)"},
     {'t', "threads", "N", "render threads of the local workers together (default: all cores)"},
     {'l', "listen", "ENDPOINT", "also take workers from elsewhere, e.g. tcp://127.0.0.1:7420"},
@@ -86,6 +87,14 @@ static enum status take_bits(const char *text, struct render_choices *choices, s
     return error_set(error, STATUS_USAGE, "--bits: expected 8 or 16, found \"%s\"", text);
 }
 
+static enum status take_filter(const char *text, struct render_choices *choices, struct error *error)
+{
+    for (choices->filter = 0; choices->filter < PIXEL_FILTERS; choices->filter++)
+        if (strcmp(text, pixel_filter_names[choices->filter]) == 0)
+            return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "--filter: expected box or tent, found \"%s\"", text);
+}
+
 static enum status take_choice(struct arguments *a, int key, const char *argument, struct error *error)
 {
     switch (key) {
@@ -93,6 +102,8 @@ static enum status take_choice(struct arguments *a, int key, const char *argumen
         return take_bits(argument, &a->choices, error);
     case OPTION_SAMPLES:
         return take_integer("--samples", argument, 1, SCENE_SAMPLES_MAX, &a->choices.samples, error);
+    case OPTION_FILTER:
+        return take_filter(argument, &a->choices, error);
     case 's':
         return take_size(argument, &a->choices, error);
     case 'w':
@@ -305,7 +316,8 @@ static enum status render(struct arguments *a, char **scenes, int count, int *in
 
 int command_render(int argc, char **argv)
 {
-    struct arguments a = {.workers = 1, .threads = cpu_available(), .progress = "auto", .choices = {.bits = 8}};
+    struct arguments a = {.workers = 1, .threads = cpu_available(), .progress = "auto",
+                          .choices = {.filter = -1, .bits = 8}};
     struct error error;
     int first = 0, interrupted = 0;
     enum status status = options_parse(argc, argv, options, handle_option, &a, &first, &error);

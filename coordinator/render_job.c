@@ -31,6 +31,7 @@ static void choose_settings(struct render_job *job, const struct scene *scene, c
     job->settings.samples = choices->samples ? choices->samples : scene->samples;
     if (job->settings.samples == 0)
         job->settings.samples = RENDER_SAMPLES_DEFAULT;
+    job->settings.filter = (uint8_t)(choices->filter >= 0 ? choices->filter : (int)scene->filter);
 }
 
 static void make_manifest(struct render_job *job)

@@ -10,10 +10,11 @@
 #include "scene/assets.h"
 #include "wire/message.h"
 
-/* What the command line says about every scene; 0 where it says nothing. */
+/* What the command line says about every scene; 0 (of the filter: −1) where it says nothing. */
 struct render_choices {
     uint32_t width, height; /* pixels */
     uint32_t samples;       /* a pixel */
+    int filter;             /* enum pixel_filter */
     int bits;               /* 8 or 16, of a PNG */
 };
 

@@ -228,7 +228,8 @@ static inline size_t scene_add_image(struct scene *scene, uint32_t width, uint32
 
 static inline struct trace_settings settings_of(const struct scene *scene)
 {
-    return (struct trace_settings){scene->width, scene->height, scene->samples ? scene->samples : 1};
+    return (struct trace_settings){scene->width, scene->height, scene->samples ? scene->samples : 1,
+                                   scene->filter};
 }
 
 /* All pixels, rows from the top, which the caller frees. counts may be NULL. */

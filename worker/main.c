@@ -153,7 +153,8 @@ static void load(struct worker *w, uint32_t job)
     struct job_settings from;
     struct asset_set assets = {0};
     const char *name = session_assets(w->session, job, &from, &assets);
-    const struct trace_settings settings = {from.width, from.height, from.samples};
+    const struct trace_settings settings = {from.width, from.height, from.samples,
+                                            (enum pixel_filter)from.filter};
     pool_load(w->pool, job, name, &assets, &settings, (enum pixel_format)from.pixel_format);
 }
 

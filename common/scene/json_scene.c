@@ -9,11 +9,14 @@
 
 static void read_image_settings(struct json_at at, struct scene *scene)
 {
-    static const char *const keys[] = {"width", "height", "samples", NULL};
+    static const char *const keys[] = {"width", "height", "samples", "filter", NULL};
+    size_t filter = FILTER_BOX;
     json_keys(at, keys, NULL);
     json_whole(json_get(&at, "width"), 1, IMAGE_SIDE_MAX, &scene->width);
     json_whole(json_get(&at, "height"), 1, IMAGE_SIDE_MAX, &scene->height);
     json_whole(json_get(&at, "samples"), 1, SCENE_SAMPLES_MAX, &scene->samples);
+    json_choice(json_get(&at, "filter"), pixel_filter_names, PIXEL_FILTERS, &filter);
+    scene->filter = (enum pixel_filter)filter;
 }
 
 static void read_camera(struct json_at at, struct camera *camera)

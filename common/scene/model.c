@@ -5,6 +5,8 @@
 #include "base/memory.h"
 #include "scene/mesh.h"
 
+const char *const pixel_filter_names[PIXEL_FILTERS] = {[FILTER_BOX] = "box", [FILTER_TENT] = "tent"};
+
 void scene_finish(struct scene *scene)
 {
     for (size_t i = 0; i < scene->object_count; i++)

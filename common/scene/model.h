@@ -178,10 +178,21 @@ enum image_use {
     IMAGES_NAMED,   /* read, and neither decoded nor checked before scene_images_decode */
 };
 
+/* How what is seen around a pixel counts in it. */
+enum pixel_filter {
+    FILTER_BOX,  /* evenly, over the pixel */
+    FILTER_TENT, /* less with the distance, down to nothing one pixel from the centre to each side */
+    PIXEL_FILTERS,
+};
+
+/* What scenes and commands call them. */
+extern const char *const pixel_filter_names[PIXEL_FILTERS];
+
 /* All zero is an empty scene. Owns everything it points to; scene_finish frees it. */
 struct scene {
     uint32_t width, height; /* default image size, pixels, 1..IMAGE_SIDE_MAX */
     uint32_t samples;       /* a pixel; 0 if the scene does not say */
+    enum pixel_filter filter;
     uint32_t depth;         /* how often a ray may be mirrored or pass a surface: 0 = camera rays only */
     struct camera camera;
     struct background background;

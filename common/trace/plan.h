@@ -20,6 +20,7 @@ struct bounds;
 struct trace_settings {
     uint32_t width, height; /* pixels, 1..IMAGE_SIDE_MAX */
     uint32_t samples;       /* camera rays a pixel, 1..SCENE_SAMPLES_MAX */
+    enum pixel_filter filter;
 };
 
 enum primitive_kind {

@@ -84,7 +84,7 @@ struct digest proof_render(const struct kernel *kernel)
     enum status status = scene_load(&scene, "proof.json", &assets, &error);
     assert(status == STATUS_OK);
     (void)status;
-    const struct trace_settings settings = {PROOF_SIDE, PROOF_SIDE, PROOF_SAMPLES};
+    const struct trace_settings settings = {PROOF_SIDE, PROOF_SIDE, PROOF_SAMPLES, FILTER_BOX};
     struct plan *plan = plan_create(&scene, &settings, 1);
     struct digest digest = digest_picture(plan, kernel);
     plan_destroy(&plan);

@@ -10,9 +10,10 @@ struct sample_digits sample_digits(uint32_t index)
     return (struct sample_digits){index, sample_reversed(second)};
 }
 
-struct sample_position sample_position(uint32_t x, uint32_t y, uint32_t index, uint32_t count)
+struct sample_position sample_position(uint32_t x, uint32_t y, uint32_t index, uint32_t count,
+                                       enum pixel_filter filter)
 {
     if (count == 1)
         return (struct sample_position){0.5, 0.5};
-    return sample_in_pixel(x, y, sample_digits(index));
+    return sample_around_pixel(x, y, sample_digits(index), filter);
 }

@@ -1,19 +1,31 @@
 /*
- * Where in a pixel its samples lie: the first two dimensions of Sobol's sequence (a (0,2)-sequence), Owen-scrambled with
- * seeds hashed from the pixel. A function of pixel, index and count alone. The only sample of a pixel with one is its
- * centre.
+ * Where a pixel's samples lie: the first two dimensions of Sobol's sequence (a (0,2)-sequence), Owen-scrambled with
+ * seeds hashed from the pixel, and spread as its filter is. A function of pixel, index, count and filter alone. The only
+ * sample of a pixel with one is its centre.
+ *
+ * A pixel's samples are its own and count equally; where the filter weighs more, they are denser (Ernst, Stamminger and
+ * Greiner, "Filter Importance Sampling", IEEE Symposium on Interactive Ray Tracing 2006). So a filter that is wider than
+ * a pixel takes nothing from its neighbours, which may be in another band.
+ *
+ * The smoother filter is the tent, the B-spline next to the box. Tents of all pixels add up to one everywhere, as boxes
+ * do, and they are nowhere negative, so that samples can count equally. Its distribution is inverted by square roots
+ * alone, coordinate by coordinate, which keeps the samples a (0,2)-net by the filter's measure. The next B-spline, 1.5
+ * times as wide, would need the roots of a cubic.
  *
  * For one sample and for lanes of samples: inline functions without branches.
  */
 #ifndef WEFT_TRACE_SAMPLE_H
 #define WEFT_TRACE_SAMPLE_H
 
+#include <math.h>
 #include <stdint.h>
 
 #include "base/hash.h"
+#include "scene/model.h"
 
+/* In pixels from the pixel's top left corner: 0 <= x < 1 by the box, −1/2 <= x < 3/2 by the tent. */
 struct sample_position {
-    double x, y; /* within the pixel, 0 <= x < 1 */
+    double x, y;
 };
 
 /* Coordinates of a sample before scrambling, the first binary digit in the lowest bit. */
@@ -52,15 +64,35 @@ static inline double sample_coordinate(uint32_t digits)
     return (centered + 0x1p31) * 0x1p-32;
 }
 
-/* The sample of `count` whose digits these are, in pixel (x, y). */
-static inline struct sample_position sample_in_pixel(uint32_t x, uint32_t y, struct sample_digits digits)
+/* Where the share 0 <= u < 1 of a filter lies before. The tent's share before x is (x + 1/2)² / 2 in the first half; in
+ * the second it is the same from behind. */
+static inline double sample_spread(double u, enum pixel_filter filter)
+{
+    double root = sqrt(u < 0.5 ? 2 * u : 2 - 2 * u);
+    double tent = u < 0.5 ? root - 0.5 : 1.5 - root;
+    return filter == FILTER_TENT ? tent : u;
+}
+
+/* The sample whose digits these are, of several in pixel (x, y). */
+static inline struct sample_position sample_around_pixel(uint32_t x, uint32_t y, struct sample_digits digits,
+                                                         enum pixel_filter filter)
 {
     uint32_t seed = hash_u32(x + hash_u32(y + 0x9e3779b9u));
-    return (struct sample_position){sample_coordinate(sample_scrambled(digits.x, seed)),
-                                    sample_coordinate(sample_scrambled(digits.y, hash_u32(seed)))};
+    double u = sample_coordinate(sample_scrambled(digits.x, seed));
+    double v = sample_coordinate(sample_scrambled(digits.y, hash_u32(seed)));
+    return (struct sample_position){sample_spread(u, filter), sample_spread(v, filter)};
+}
+
+/* How wide each of `count` samples is, in pixels, for what is averaged over it: by 1/√count narrower than the box that
+ * varies as much as the filter does. The box varies by 1/12, the tent by 1/6. With that width, samples so blurred vary
+ * by the filter's variance times 1 + 1/count with either, and one sample alone, a pixel's centre, has the filter's. */
+static inline double sample_width(uint32_t count, enum pixel_filter filter)
+{
+    return (filter == FILTER_TENT ? sqrt(2) : 1) / sqrt(count);
 }
 
 /* The index-th of `count` samples of pixel (x, y). */
-struct sample_position sample_position(uint32_t x, uint32_t y, uint32_t index, uint32_t count);
+struct sample_position sample_position(uint32_t x, uint32_t y, uint32_t index, uint32_t count,
+                                       enum pixel_filter filter);
 
 #endif

@@ -45,6 +45,12 @@ static uint32_t get_u32_within(struct decoder *in, const char *field, uint32_t m
     return (uint32_t)require(in, field, get_u32(in), min, max);
 }
 
+/* One of `count` values, the first of which is 0. */
+static uint8_t get_choice(struct decoder *in, const char *field, unsigned count)
+{
+    return (uint8_t)require(in, field, byte_reader_u8(&in->reader), 0, count - 1);
+}
+
 static uint64_t get_u64(struct decoder *in)
 {
     return byte_reader_u64(&in->reader);
@@ -185,6 +191,7 @@ static void put_job(const struct message *message, struct bytes *out)
     bytes_put_u32(out, message->job.settings.width);
     bytes_put_u32(out, message->job.settings.height);
     bytes_put_u32(out, message->job.settings.samples);
+    bytes_put_u8(out, message->job.settings.filter);
     bytes_put_u8(out, message->job.settings.pixel_format);
 }
 
@@ -196,8 +203,8 @@ static void get_job(struct message *message, struct decoder *in)
     message->job.settings.width = get_u32_within(in, "width", 1, MESSAGE_SIDE_MAX);
     message->job.settings.height = get_u32_within(in, "height", 1, MESSAGE_SIDE_MAX);
     message->job.settings.samples = get_u32_within(in, "samples", 1, MESSAGE_SAMPLES_MAX);
-    message->job.settings.pixel_format =
-        (uint8_t)require(in, "pixel_format", byte_reader_u8(&in->reader), 0, MESSAGE_PIXEL_FORMATS - 1);
+    message->job.settings.filter = get_choice(in, "filter", MESSAGE_FILTERS);
+    message->job.settings.pixel_format = get_choice(in, "pixel_format", MESSAGE_PIXEL_FORMATS);
 }
 
 static void put_asset(const struct message *message, struct bytes *out)

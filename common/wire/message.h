@@ -24,7 +24,7 @@
 #include "base/hash.h"
 
 enum {
-    PROTOCOL_VERSION = 1,
+    PROTOCOL_VERSION = 2,
     MESSAGE_CHUNK_MAX = 256 * 1024,           /* bytes of an asset or result in one message */
     MESSAGE_BYTES_MAX = 2 * 1024 * 1024,
     MESSAGE_HOST_BYTES = 256,                 /* with the NUL */
@@ -33,6 +33,7 @@ enum {
     MESSAGE_THREADS_MAX = 65535,
     MESSAGE_SIDE_MAX = 65535,                 /* pixels; width, height and rows of a band */
     MESSAGE_SAMPLES_MAX = 65536,              /* a pixel */
+    MESSAGE_FILTERS = 2,                      /* as enum pixel_filter */
     MESSAGE_PIXEL_FORMATS = 3,                /* as enum pixel_format */
 };
 
@@ -63,6 +64,7 @@ enum message_kind {
 struct job_settings {
     uint32_t width, height; /* pixels, 1..MESSAGE_SIDE_MAX */
     uint32_t samples;       /* a pixel, 1..MESSAGE_SAMPLES_MAX */
+    uint8_t filter;         /* enum pixel_filter */
     uint8_t pixel_format;   /* enum pixel_format */
 };
 

@@ -53,6 +53,21 @@ for format in "linear.pfm" "deep.png --bits 16"; do
             "${size[@]}" --workers "$workers" --threads "$threads" --band "$band" $bits
     done
 done
+picture tent.png showcase "${size[@]}" --filter tent --workers 1 --threads 1
+for parts in "1 3 1" "2 2 7" "3 5 2"; do
+    read -r workers threads band <<<"$parts"
+    repeats "with a tent: $workers workers, $threads threads, bands of $band" showcase tent.png \
+        "${size[@]}" --filter tent --workers "$workers" --threads "$threads" --band "$band"
+done
+repeats "with a tent: the reference kernel" showcase tent.png "${size[@]}" --filter tent --kernel ref
+ok "the filter shows" [ "$(sha256sum <"$tmp/tent.png")" != "$(sha256sum <"$tmp/showcase.png")" ]
+repeats "with a box, which is the default" showcase showcase.png "${size[@]}" --filter box
+picture asked.pfm filter "${size[@]}" --filter tent
+repeats "the filter may be the scene's" filter asked.pfm "${size[@]}"
+picture asked.pfm filter "${size[@]}" --filter box
+sed 's/, "filter": "tent"//' "$scenes/filter.json" >"$tmp/unsaid.json"
+run "$weft" render "$tmp/unsaid.json" -q "${size[@]}" -o "$tmp/unsaid.pfm"
+same_bytes "and another may be asked for" "$tmp/asked.pfm" "$tmp/unsaid.pfm"
 for tiny in 1x1 1x41 67x1; do
     picture "tiny.png" showcase --size $tiny --workers 1 --threads 1
     repeats "a picture of $tiny pixels" showcase tiny.png --size $tiny --workers 3 --threads 5

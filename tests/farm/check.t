@@ -42,6 +42,9 @@ left out:
   objects by material: mirrors, transparent, refracting, absorbing, smooth meshes"
 like "the kernel is named" "$out" '^kernel: (ref|sse2|avx2|avx512|neon)$'
 
+sed '1s/{/{"image": {"filter": "tent"},/' "$tmp/small.json" >"$tmp/tent.json"
+exits 0 "a scene with a tent" "$weft" check "$tmp/tent.json"
+like "has its filter told" "$out" '^filter: tent$'
 exits 0 "the showcase" "$weft" check "$scenes/showcase.json"
 like "has a tree, with the floor beside it" "$out" '^  search: a tree of [0-9]+ nodes? \([0-9]+ bytes\), and 1 beside it'
 like "has images" "$out" '^  images: 4 \(46137336 bytes'

@@ -38,6 +38,8 @@ wrong '--workers: expected a whole number from 0 to 1024' "$weft" render --worke
 wrong '--workers: expected a whole number from 0 to 1024' "$weft" render -w 1025 "$first"
 wrong '--workers 0 needs --listen' "$weft" render --workers 0 "$first"
 wrong '--bits: expected 8 or 16, found "12"' "$weft" render --bits 12 "$first"
+wrong '--filter: expected box or tent, found "gauss"' "$weft" render --filter gauss "$first"
+wrong '--filter: expected box or tent, found ""' "$weft" render --filter '' "$first"
 wrong '--progress: expected auto, bar, json or none, found "loud"' "$weft" render --progress loud "$first"
 wrong '--kernel: expected a kernel .*found "nosuch"' "$weft" render --kernel nosuch "$first"
 wrong '.*expected an output that ends with .png or .pfm' "$weft" render -o picture.jpg "$first"

@@ -109,7 +109,7 @@ start greeter "$worker" --once --wait 20 "tcp://127.0.0.1:$(head -n 1 "$tmp/rout
 wait_until "[ \"\$(wc -l <'$tmp/router.out')\" -ge 2 ]" 10
 hello=$(sed -n 2p "$tmp/router.out")
 kill -INT "$pid"
-like "a worker says HELLO first" "$hello" '^57454654010001(00){8}'
+like "a worker says HELLO first" "$hello" '^57454654020001(00){8}'
 
 coordinator strict "${quick[@]}" --listen 'tcp://127.0.0.1:*'
 coordinator=$pid
@@ -135,7 +135,7 @@ mkfifo "$tmp/answers"
 start refuser bash -c "exec perl tests/farm/zmtp.pl router <'$tmp/answers'"
 exec 3>"$tmp/answers"
 wait_until "[ -s '$tmp/refuser.out' ]" 5
-printf '574546540100080000000000000000%02x00%s\n' ${#reason} "$(perl -e 'print unpack "H*", shift' "$reason")" >&3
+printf '574546540200080000000000000000%02x00%s\n' ${#reason} "$(perl -e 'print unpack "H*", shift' "$reason")" >&3
 exits 1 "a refused worker with --once ends" "$worker" --once "127.0.0.1:$(cat "$tmp/refuser.out")"
 exec 3>&-
 like "and says why" "$err" "^weft-worker: the coordinator refused this worker: $reason\$"

@@ -118,7 +118,7 @@ static inline void bits_put_light(struct bytes *bits, const struct light *light)
 
 static inline void bits_put_view(struct bytes *bits, const struct scene *scene)
 {
-    const uint32_t numbers[] = {scene->width, scene->height, scene->samples, scene->depth};
+    const uint32_t numbers[] = {scene->width, scene->height, scene->samples, scene->filter, scene->depth};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         bytes_put_u32(bits, numbers[i]);
     bits_put_vec3(bits, scene->camera.from);

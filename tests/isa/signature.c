@@ -195,7 +195,8 @@ static void compare_pictures(struct record *record, const char *name, const stru
 {
     char label[128];
     snprintf(label, sizeof label, "pixels/%s", name);
-    const struct trace_settings settings = {.width = WIDTH, .height = HEIGHT, .samples = SAMPLES};
+    const struct trace_settings settings = {
+        .width = WIDTH, .height = HEIGHT, .samples = SAMPLES, .filter = scene->filter};
     struct plan *plan = plan_create(scene, &settings, 1);
     for (size_t i = 0; kernel_at(i); i++) {
         struct digest digest = digest_picture(plan, kernel_at(i));

@@ -157,6 +157,20 @@ static void touching_glass(void **state)
     check_scene(&scene);
 }
 
+/* Several samples spread around each pixel, and one, whose filter shows in the texture alone. */
+static void pixels_with_a_tent(void **state)
+{
+    (void)state;
+    for (uint32_t samples = 1; samples <= 5; samples += 4) {
+        struct scene scene = lit_floor();
+        scene.samples = samples;
+        scene.filter = FILTER_TENT;
+        scene_add(&scene, shape_sphere(vec3_make(-1, 0, 0), 1), material_mirror(grey(0.6)));
+        scene_add(&scene, shape_sphere(vec3_make(1, 0, 0.5), 0.8), material_glass(1.5, grey(0.1)));
+        check_scene(&scene);
+    }
+}
+
 /* Mirrors that face one another, to the greatest depth. */
 static void hall_of_mirrors(void **state)
 {
@@ -180,6 +194,7 @@ int main(void)
         cmocka_unit_test(camera_inside_glass),
         cmocka_unit_test(smooth_meshes_and_images),
         cmocka_unit_test(touching_glass),
+        cmocka_unit_test(pixels_with_a_tent),
         cmocka_unit_test(hall_of_mirrors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -491,7 +491,7 @@ static void follow(const struct plan *plan, struct walk *walk, unsigned level, u
 
 static struct walk camera_walk(const struct plan *plan, uint32_t x, uint32_t y, uint32_t index)
 {
-    struct sample_position at = sample_position(x, y, index, plan->settings.samples);
+    struct sample_position at = sample_position(x, y, index, plan->settings.samples, plan->settings.filter);
     const struct plan_camera *camera = &plan->camera;
     struct vec3 v = vec3_add_scaled(camera->corner, camera->right, x + at.x);
     v = vec3_add_scaled(v, camera->down, y + at.y);
@@ -502,7 +502,7 @@ static struct walk camera_walk(const struct plan *plan, uint32_t x, uint32_t y, 
     for (size_t i = 0; i < plan->camera_media_count; i++)
         walk.inside[i] = plan->camera_media[i];
     if (plan->needs_footprints) {
-        double scale = 1 / sqrt(plan->settings.samples) / vec3_length(v);
+        double scale = sample_width(plan->settings.samples, plan->settings.filter) / vec3_length(v);
         struct vec3 right = vec3_add_scaled(camera->right, d, -vec3_dot(camera->right, d));
         struct vec3 down = vec3_add_scaled(camera->down, d, -vec3_dot(camera->down, d));
         walk.footprint.direction_x = vec3_scale(right, scale);

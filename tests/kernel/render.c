@@ -350,6 +350,53 @@ static void absorption_follows_beer_and_lambert(void **state)
     scene_finish(&scene);
 }
 
+/* --- filters of pixels ------------------------------------------------------------------------------------ */
+
+/* The share of the filter around a pixel that lies before a line `x` pixels from the pixel's left side. */
+static double share_before(double x, enum pixel_filter filter)
+{
+    double low = filter == FILTER_TENT ? -0.5 : 0, high = 1 - low;
+    x = x < low ? low : x > high ? high : x;
+    if (filter == FILTER_BOX)
+        return x;
+    return x < 0.5 ? (x - low) * (x - low) / 2 : 1 - (high - x) * (high - x) / 2;
+}
+
+/* A wall's vertical edge in front of white. Samples of which one lies in each of SAMPLES strata of equal share miss the
+ * share before the edge by less than one of them. */
+static void check_edge(enum pixel_filter filter, double edge)
+{
+    enum { SAMPLES = 256 };
+    struct scene scene = scene_at(vec3_make(0, 0, 4), 20);
+    scene.samples = SAMPLES;
+    scene.filter = filter;
+    scene.background.color[0] = grey(1);
+    scene_add(&scene, shape_box(vec3_make(-9, -9, -1), vec3_make(edge, 9, 0)), material_glowing(grey(0)));
+    struct trace_settings settings = settings_of(&scene);
+    struct plan *plan = plan_create(&scene, &settings, 1);
+    double line = scene.width / 2.0 + edge / 4 / plan->camera.right.x; /* pixels from the left */
+    for (size_t k = 0; kernel_at(k); k++) {
+        struct vec3 *pixels = plan_render(plan, kernel_at(k), NULL);
+        for (uint32_t i = 0; i < scene.width * scene.height; i++) {
+            double expected = 1 - share_before(line - i % scene.width, filter);
+            assert_true(is_near(pixels[i].x, expected, 1.0 / SAMPLES));
+        }
+        free(pixels);
+    }
+    plan_destroy(&plan);
+    scene_finish(&scene);
+}
+
+/* The tent's ramp across it is two pixels wide, the box's one. */
+static void edges_are_as_soft_as_the_filter(void **state)
+{
+    (void)state;
+    for (double edge = 0; edge < 0.3; edge += 0.0123) {
+        check_edge(FILTER_BOX, edge);
+        check_edge(FILTER_TENT, edge);
+    }
+}
+
 /* --- scale ------------------------------------------------------------------------------------------------ */
 
 static struct scene scaled_scene(double s)
@@ -403,6 +450,7 @@ int main(void)
         cmocka_unit_test(white_room_stays_white),
         cmocka_unit_test(facing_mirrors_make_a_geometric_series),
         cmocka_unit_test(absorption_follows_beer_and_lambert),
+        cmocka_unit_test(edges_are_as_soft_as_the_filter),
         cmocka_unit_test(a_power_of_two_changes_no_bit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -120,11 +120,12 @@ static void add_lights_of_all_kinds(struct scene *scene, uint32_t of)
     scene_add_light(scene, light_directional(random_unit(of, 69), grey(0.7)));
 }
 
-/* Number `number` of the random scenes: every other one is textured, two of three have many things. The camera stands
- * close to a large sphere's surface, which makes that a globe. */
+/* Number `number` of the random scenes: every other one is textured, two of three have many things, two of four have
+ * pixels with a tent. The camera stands close to a large sphere's surface, which makes that a globe. */
 static struct scene random_scene(uint32_t number)
 {
     struct scene scene = scene_at(vec3_make(5, 4, 6), 50);
+    scene.filter = number / 2 % 2 ? FILTER_TENT : FILTER_BOX;
     float texels[5 * 4 * 3];
     for (uint32_t i = 0; i < 60; i++)
         texels[i] = (float)random_between(i, 70, 0, 1);

@@ -74,6 +74,7 @@ static void random_job(struct message *message)
     message->job.settings.width = (uint32_t)random_within(1, MESSAGE_SIDE_MAX);
     message->job.settings.height = (uint32_t)random_within(1, MESSAGE_SIDE_MAX);
     message->job.settings.samples = (uint32_t)random_within(1, MESSAGE_SAMPLES_MAX);
+    message->job.settings.filter = (uint8_t)random_within(0, MESSAGE_FILTERS - 1);
     message->job.settings.pixel_format = (uint8_t)random_within(0, MESSAGE_PIXEL_FORMATS - 1);
 }
 
@@ -226,9 +227,9 @@ static void test_round_trip(void **state)
 static void test_layout(void **state)
 {
     (void)state;
-    static const uint8_t band[] = {'W', 'E', 'F', 'T', 1, 0, 11, 8, 7, 6, 5, 4, 3, 2, 1, 4, 3, 2, 1, 9, 0, 0,
+    static const uint8_t band[] = {'W', 'E', 'F', 'T', 2, 0, 11, 8, 7, 6, 5, 4, 3, 2, 1, 4, 3, 2, 1, 9, 0, 0,
                                    0,   0,   0,   0,   0, 2, 0,  0, 0, 0, 1, 0, 0, 16, 0, 0, 0};
-    static const uint8_t refuse[] = {'W', 'E', 'F', 'T', 1, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 'n', 'o'};
+    static const uint8_t refuse[] = {'W', 'E', 'F', 'T', 2, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 'n', 'o'};
     struct message message = {.kind = MESSAGE_BAND, .epoch = 0x0102030405060708};
     message.band.job = 0x01020304;
     message.band.lease = 9;
@@ -279,7 +280,7 @@ static void test_wrong_start(void **state)
     }
     overwrite(&bytes, 4, 259, 2);
     bytes.size = 6; /* nothing behind the version counts */
-    assert_refused(&bytes, "expected protocol version 1, found version 259");
+    assert_refused(&bytes, "expected protocol version 2, found version 259");
     bytes_finish(&bytes);
 }
 
@@ -304,15 +305,19 @@ static const struct {
     {MESSAGE_JOB, 51, 8, 8 << 20, NULL},
     {MESSAGE_JOB, 51, 8, (8 << 20) + 1, "JOB: manifest_bytes"},
     {MESSAGE_JOB, 51, 8, UINT64_MAX, "JOB: manifest_bytes"},
-    {MESSAGE_JOB, -13, 4, 0, "JOB: width"},
-    {MESSAGE_JOB, -13, 4, 65535, NULL},
-    {MESSAGE_JOB, -13, 4, 65536, "JOB: width"},
-    {MESSAGE_JOB, -9, 4, 0, "JOB: height"},
-    {MESSAGE_JOB, -9, 4, 65535, NULL},
-    {MESSAGE_JOB, -9, 4, 65536, "JOB: height"},
-    {MESSAGE_JOB, -5, 4, 0, "JOB: samples"},
-    {MESSAGE_JOB, -5, 4, 65536, NULL},
-    {MESSAGE_JOB, -5, 4, 65537, "JOB: samples"},
+    {MESSAGE_JOB, -14, 4, 0, "JOB: width"},
+    {MESSAGE_JOB, -14, 4, 65535, NULL},
+    {MESSAGE_JOB, -14, 4, 65536, "JOB: width"},
+    {MESSAGE_JOB, -10, 4, 0, "JOB: height"},
+    {MESSAGE_JOB, -10, 4, 65535, NULL},
+    {MESSAGE_JOB, -10, 4, 65536, "JOB: height"},
+    {MESSAGE_JOB, -6, 4, 0, "JOB: samples"},
+    {MESSAGE_JOB, -6, 4, 65536, NULL},
+    {MESSAGE_JOB, -6, 4, 65537, "JOB: samples"},
+    {MESSAGE_JOB, -2, 1, 0, NULL},
+    {MESSAGE_JOB, -2, 1, 1, NULL},
+    {MESSAGE_JOB, -2, 1, 2, "JOB: filter: expected 0 to 1, found 2"},
+    {MESSAGE_JOB, -2, 1, 255, "JOB: filter"},
     {MESSAGE_JOB, -1, 1, 2, NULL},
     {MESSAGE_JOB, -1, 1, 3, "JOB: pixel_format"},
     {MESSAGE_ASSET, 47, 8, 15, NULL},

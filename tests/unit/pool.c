@@ -63,7 +63,8 @@ static struct pool_outcome wait_for_outcome(void)
 static void begin_load(uint32_t job, const char *text, uint32_t samples)
 {
     struct asset_set assets = assets_of(text);
-    pool_load(pool, job, "scene.json", &assets, &(struct trace_settings){WIDTH, HEIGHT, samples}, PIXEL_SRGB16);
+    const struct trace_settings settings = {WIDTH, HEIGHT, samples, FILTER_TENT};
+    pool_load(pool, job, "scene.json", &assets, &settings, PIXEL_SRGB16);
     assert_int_equal(assets.count, 0);
     assert_null(assets.assets);
 }
@@ -118,7 +119,7 @@ static struct bytes expected_records(uint32_t samples)
     struct bytes records = {0};
     if (scene_load(&scene, "scene.json", &assets, &error) != STATUS_OK)
         fail_msg("%s", error.text);
-    struct plan *plan = plan_create(&scene, &(struct trace_settings){WIDTH, HEIGHT, samples}, 1);
+    struct plan *plan = plan_create(&scene, &(struct trace_settings){WIDTH, HEIGHT, samples, FILTER_TENT}, 1);
     struct tracer *tracer = tracer_create(plan, &kernel_ref);
     for (uint32_t y = 0; y < HEIGHT; y++)
         put_record(&records, tracer, y);

@@ -88,6 +88,7 @@ static void the_least_scene_has_the_documented_defaults(void **state)
     assert_int_equal(scene.width, 640);
     assert_int_equal(scene.height, 360);
     assert_int_equal(scene.samples, 0);
+    assert_int_equal(scene.filter, FILTER_BOX);
     assert_int_equal(scene.depth, 8);
     assert_vec3(scene.camera.up, 0, 1, 0);
     assert_true(scene.camera.fov_degrees == 40);
@@ -102,11 +103,12 @@ static void settings_are_read(void **state)
 {
     (void)state;
     struct scene scene = load_members("'$schema': 'weft.schema.json', 'depth': 0, 'ambient': 0.25,"
-                                      "'image': {'width': 1, 'height': 65535, 'samples': 16},"
+                                      "'image': {'width': 1, 'height': 65535, 'samples': 16, 'filter': 'tent'},"
                                       "'background': {'type': 'gradient', 'bottom': 2, 'top': '#ff0080'}");
     assert_int_equal(scene.width, 1);
     assert_int_equal(scene.height, 65535);
     assert_int_equal(scene.samples, 16);
+    assert_int_equal(scene.filter, FILTER_TENT);
     assert_int_equal(scene.depth, 0);
     assert_vec3(scene.ambient, 0.25, 0.25, 0.25);
     assert_int_equal(scene.background.kind, BACKGROUND_GRADIENT);

@@ -5,25 +5,39 @@
 
 LANES_DECLARE_THESE(LANES_SUFFIX);
 
-/* Positions in the image, in pixels. */
-static void place_samples(const struct camera_rays *rays)
+/* Positions in the image, in pixels: at the pixels' centres. */
+static void place_centres(const struct camera_rays *rays)
 {
     const struct camera_rays of = *rays;
-    if (of.samples == 1) {
-        LANES_LOOP
-        for (size_t i = 0; i < of.count; i++) {
-            of.x[i] = (int32_t)of.pixel_x[i] + 0.5;
-            of.y[i] = (int32_t)of.pixel_y[i] + 0.5;
-        }
-        return;
+    LANES_LOOP
+    for (size_t i = 0; i < of.count; i++) {
+        of.x[i] = (int32_t)of.pixel_x[i] + 0.5;
+        of.y[i] = (int32_t)of.pixel_y[i] + 0.5;
     }
+}
+
+/* The same, of several samples a pixel. The filter must be a constant where this is called. */
+static inline __attribute__((always_inline)) void place_samples(const struct camera_rays *rays,
+                                                                enum pixel_filter filter)
+{
+    const struct camera_rays of = *rays;
     LANES_LOOP
     for (size_t i = 0; i < of.count; i++) {
         struct sample_digits digits = {of.digits_x[i], of.digits_y[i]};
-        struct sample_position at = sample_in_pixel(of.pixel_x[i], of.pixel_y[i], digits);
+        struct sample_position at = sample_around_pixel(of.pixel_x[i], of.pixel_y[i], digits, filter);
         of.x[i] = (int32_t)of.pixel_x[i] + at.x;
         of.y[i] = (int32_t)of.pixel_y[i] + at.y;
     }
+}
+
+static void place(const struct camera_rays *rays, enum pixel_filter filter)
+{
+    if (rays->samples == 1)
+        place_centres(rays);
+    else if (filter == FILTER_TENT)
+        place_samples(rays, FILTER_TENT);
+    else
+        place_samples(rays, FILTER_BOX);
 }
 
 static inline void put_ray(const struct ray_batch *rays, size_t i, struct vec3 direction)
@@ -42,14 +56,14 @@ static inline struct vec3 through(const struct plan_camera *camera, double x, do
     return vec3_add_scaled(vec3_add_scaled(camera->corner, camera->right, x), camera->down, y);
 }
 
-/* How the direction, v normalised, changes along a step of v; each ray's share of the pixel is `share` wide. */
-static inline struct vec3 direction_change(struct vec3 v, struct vec3 step, double share)
+/* How the direction, v normalised, changes along a step of v; each sample is `width` pixels wide. */
+static inline struct vec3 direction_change(struct vec3 v, struct vec3 step, double width)
 {
     struct vec3 d = vec3_normalize(v);
-    return vec3_scale(vec3_add_scaled(step, d, -vec3_dot(step, d)), share / vec3_length(v));
+    return vec3_scale(vec3_add_scaled(step, d, -vec3_dot(step, d)), width / vec3_length(v));
 }
 
-static void put_footprints(const struct plan_camera *from, const struct camera_rays *rays, double share,
+static void put_footprints(const struct plan_camera *from, const struct camera_rays *rays, double width,
                            const struct path_batch *paths)
 {
     const struct plan_camera camera = *from;
@@ -60,8 +74,8 @@ static void put_footprints(const struct plan_camera *from, const struct camera_r
         struct vec3 v = through(&camera, of.x[i], of.y[i]);
         lane_put(to.footprint[0], i, vec3_make(0, 0, 0));
         lane_put(to.footprint[1], i, vec3_make(0, 0, 0));
-        lane_put(to.footprint[2], i, direction_change(v, camera.right, share));
-        lane_put(to.footprint[3], i, direction_change(v, camera.down, share));
+        lane_put(to.footprint[2], i, direction_change(v, camera.right, width));
+        lane_put(to.footprint[3], i, direction_change(v, camera.down, width));
     }
 }
 
@@ -69,7 +83,7 @@ void LANES_NAME(camera)(const struct plan *plan, const struct camera_rays *rays,
 {
     path_batch_reserve(paths, rays->count);
     paths->rays.count = rays->count;
-    place_samples(rays);
+    place(rays, plan->settings.filter);
     const struct plan_camera camera = plan->camera;
     const struct camera_rays of = *rays;
     const struct path_batch to = *paths;
@@ -79,5 +93,5 @@ void LANES_NAME(camera)(const struct plan *plan, const struct camera_rays *rays,
         lane_put(to.throughput, i, vec3_make(1, 1, 1));
     }
     if (paths->has_footprints)
-        put_footprints(&camera, rays, 1 / sqrt(of.samples), paths);
+        put_footprints(&camera, rays, sample_width(of.samples, plan->settings.filter), paths);
 }
