@@ -2,7 +2,6 @@
 
 #include <assert.h>
 #include <pthread.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,7 +14,7 @@
 struct assembly {
     struct image_writer *writer; /* the encoder's alone while that runs */
     uint32_t height;
-    size_t row_bytes;
+    struct row_layout layout;
     uint32_t taken; /* rows, in any order */
     struct row_figures figures;
     pthread_t encoder;
@@ -30,8 +29,8 @@ struct assembly {
     struct error error;
 };
 
-struct assembly *assembly_create(const char *path, const struct image_description *description, enum status *status,
-                                 struct error *error)
+struct assembly *assembly_create(const char *path, const struct image_description *description, bool maps,
+                                 enum status *status, struct error *error)
 {
     struct image_writer *writer = image_writer_create(path, description, status, error);
     if (!writer)
@@ -39,7 +38,7 @@ struct assembly *assembly_create(const char *path, const struct image_descriptio
     struct assembly *a = memory_array(1, sizeof *a);
     a->writer = writer;
     a->height = description->height;
-    a->row_bytes = description->width * pixel_format_bytes(description->format);
+    a->layout = row_layout_of(description->width, pixel_format_bytes(description->format), maps);
     a->waiting = memory_array(a->height, sizeof *a->waiting);
     pthread_mutex_init(&a->mutex, NULL);
     pthread_cond_init(&a->changed, NULL);
@@ -48,7 +47,7 @@ struct assembly *assembly_create(const char *path, const struct image_descriptio
 
 size_t assembly_record_bytes(const struct assembly *a)
 {
-    return row_record_bytes(a->row_bytes);
+    return row_record_bytes(&a->layout);
 }
 
 /* --- the encoder ------------------------------------------------------------------------------------------ */
@@ -124,13 +123,12 @@ static void end_encoder(struct assembly *a, bool abandon)
 static void take_row(struct assembly *a, uint32_t row, const uint8_t *record)
 {
     struct row_figures figures;
-    const uint8_t *pixels = row_record_decode(record, &figures);
+    size_t pixels_bytes = a->layout.pixels_bytes;
     assert(row < a->height && row >= a->next && !a->waiting[row]);
-    a->waiting[row] = memcpy(memory_resize(NULL, a->row_bytes, 1), pixels, a->row_bytes);
+    a->waiting[row] = memcpy(memory_resize(NULL, pixels_bytes, 1), record + ROW_FIGURES_BYTES, pixels_bytes);
     a->taken++;
-    a->figures.samples += figures.samples;
-    a->figures.secondary_rays += figures.secondary_rays;
-    a->figures.shadow_rays += figures.shadow_rays;
+    row_figures_read(record, &figures);
+    row_figures_add(&a->figures, &figures);
 }
 
 /* How writing went so far; to be called with the mutex held or the encoder ended. */

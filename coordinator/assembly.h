@@ -5,6 +5,7 @@
 #ifndef WEFT_COORDINATOR_ASSEMBLY_H
 #define WEFT_COORDINATOR_ASSEMBLY_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/error.h"
@@ -13,9 +14,10 @@
 
 struct assembly;
 
-/* Opens the output (image/writer.h says how). NULL with *status and *error set if it cannot be written. */
-struct assembly *assembly_create(const char *path, const struct image_description *description, enum status *status,
-                                 struct error *error);
+/* Opens the output (image/writer.h says how). `maps`: whether the records have them. NULL with *status and *error set
+ * if it cannot be written. */
+struct assembly *assembly_create(const char *path, const struct image_description *description, bool maps,
+                                 enum status *status, struct error *error);
 
 /* Bytes of one row's record. */
 size_t assembly_record_bytes(const struct assembly *assembly);

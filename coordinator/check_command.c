@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "base/options.h"
 #include "coordinator/commands.h"
+#include "coordinator/render_job.h"
 #include "scene/load.h"
 #include "trace/kernel.h"
 #include "trace/plan_facts.h"
@@ -179,16 +180,25 @@ static void print_left_out(const struct plan_facts *facts)
     print_absent("objects by material", material_names, materials, MATERIAL_FEATURES);
 }
 
+/* What a render takes that is told nothing else. */
+static void print_sampling(uint32_t samples)
+{
+    if (samples > 0)
+        printf("sampling: %u sample%s a pixel\n", samples, samples == 1 ? "" : "s");
+    else
+        printf("sampling: until the error is %g\n", RENDER_ERROR_DEFAULT);
+}
+
 static void print_needs(const char *path, const struct scene *scene, const struct asset_set *assets)
 {
-    const struct trace_settings settings = {scene->width, scene->height, scene->samples ? scene->samples : 1,
-                                            scene->filter};
+    const struct trace_settings settings = {scene->width, scene->height, scene->filter};
     struct plan *plan = plan_create(scene, &settings, cpu_available());
     struct plan_facts facts = plan_facts_of(plan, scene);
     size_t bytes = 0;
     for (size_t i = 0; i < assets->count; i++)
         bytes += assets->assets[i].bytes.size;
     printf("%s: good\nimage: %u×%u\n", path, scene->width, scene->height);
+    print_sampling(scene->samples);
     if (scene->filter != FILTER_BOX)
         printf("filter: %s\n", pixel_filter_names[scene->filter]);
     printf("files: %zu, %zu bytes\n", assets->count, bytes);

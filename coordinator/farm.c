@@ -89,7 +89,8 @@ void farm_add_job(struct farm *farm, struct render_job *job)
 {
     farm->jobs = memory_grow(farm->jobs, &farm->job_capacity, farm->job_count + 1, sizeof(struct render_job *));
     farm->jobs[farm->job_count++] = job;
-    farm_tell(farm, &(struct event){.kind = EVENT_JOB, .rows = job->settings.height}, NULL);
+    farm_tell(farm, &(struct event){.kind = EVENT_JOB, .survey_rows = render_job_survey_rows(job),
+                                    .rows = job->settings.height}, NULL);
 }
 
 void farm_set_progress(struct farm *farm, struct progress *progress)
@@ -232,6 +233,7 @@ void farm_destroy(struct farm **pointer)
     if (farm->signals >= 0)
         close(farm->signals);
     scheduler_destroy(&farm->scheduler);
+    free(farm->events);
     free(farm->peers);
     free(farm->jobs);
     free(farm);

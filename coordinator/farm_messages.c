@@ -62,22 +62,44 @@ static void announce(struct farm *farm, const struct action *action)
         .settings = job->settings}});
 }
 
+/* Its first band, of a survey or of a render without one. */
+static void start_job(struct render_job *job, enum render_pass pass)
+{
+    if (job->state != JOB_WAITING)
+        return;
+    job->state = pass == PASS_SURVEY ? JOB_SURVEYING : JOB_RUNNING;
+    job->started_ms = job->render_ms = clock_now_ms();
+}
+
 static void grant(struct farm *farm, const struct action *action)
 {
     struct render_job *job = farm->jobs[action->job];
-    if (job->state == JOB_WAITING) {
-        job->state = JOB_RUNNING;
-        job->started_ms = clock_now_ms();
-    }
+    const struct sampling *sampling = action->pass == PASS_SURVEY ? &job->surveying : &job->sampling;
+    start_job(job, action->pass);
     farm_send(farm, peer_numbered(farm, action->worker), (struct message){.kind = MESSAGE_BAND, .band = {
-        .job = action->job, .lease = action->lease, .first_row = action->first_row, .rows = action->rows}});
+        .job = action->job, .lease = action->lease, .pass = action->pass, .first_row = action->first_row,
+        .rows = action->rows, .sampling = {sampling->least, sampling->most, sampling->threshold}}});
 }
 
-static void accept_records(struct farm *farm, const struct action *action, const uint8_t *records)
+static void end_survey(struct farm *farm, const struct action *action)
+{
+    struct render_job *job = farm->jobs[action->job];
+    render_job_end_survey(job);
+    job->state = JOB_RUNNING;
+    job->render_ms = clock_now_ms();
+    log_debug("%s: surveyed; %" PRIu32 " to %" PRIu32 " samples a pixel, threshold %" PRIu32, job->scene_path,
+              job->sampling.least, job->sampling.most, job->sampling.threshold);
+}
+
+static void accept_result(struct farm *farm, const struct action *action, const uint8_t *result)
 {
     struct render_job *job = farm->jobs[action->job];
     struct error error;
-    enum status status = assembly_add(job->assembly, action->first_row, action->rows, records, &error);
+    if (action->pass == PASS_SURVEY) {
+        render_job_take_survey(job, result);
+        return;
+    }
+    enum status status = assembly_add(job->assembly, action->first_row, action->rows, result, &error);
     if (status != STATUS_OK)
         fail(farm, status, &error);
     job->rows_done += action->rows;
@@ -105,8 +127,9 @@ static void fail_job(struct farm *farm, const struct action *action)
     struct render_job *job = farm->jobs[action->job];
     struct error error;
     job->state = JOB_FAILED;
-    error_set(&error, STATUS_FAILED, "%s: rows %u to %u cost %d workers their lives; giving up", job->scene_path,
-              action->first_row, action->first_row + action->rows - 1, SCHEDULER_LOSSES_MAX);
+    error_set(&error, STATUS_FAILED, "%s: rows %u to %u%s cost %d workers their lives; giving up", job->scene_path,
+              action->first_row, action->first_row + action->rows - 1,
+              action->pass == PASS_SURVEY ? " of the survey" : "", SCHEDULER_LOSSES_MAX);
     fail(farm, STATUS_FAILED, &error);
 }
 
@@ -120,7 +143,7 @@ static void expel(struct farm *farm, const struct action *action)
     peer_finish(peer);
 }
 
-static void carry_out(struct farm *farm, const struct action *action, const uint8_t *records)
+static void carry_out(struct farm *farm, const struct action *action, const uint8_t *result)
 {
     switch (action->kind) {
     case ACTION_ANNOUNCE:
@@ -130,7 +153,7 @@ static void carry_out(struct farm *farm, const struct action *action, const uint
         grant(farm, action);
         break;
     case ACTION_ACCEPT:
-        accept_records(farm, action, records);
+        accept_result(farm, action, result);
         break;
     case ACTION_ACK:
         farm_send(farm, peer_numbered(farm, action->worker),
@@ -148,6 +171,9 @@ static void carry_out(struct farm *farm, const struct action *action, const uint
     case ACTION_EXPEL:
         expel(farm, action);
         break;
+    case ACTION_SURVEYED:
+        end_survey(farm, action);
+        break;
     case ACTION_DONE:
         complete_job(farm, action);
         break;
@@ -157,16 +183,34 @@ static void carry_out(struct farm *farm, const struct action *action, const uint
     }
 }
 
-/* A peer that turns out to be lost while actions are carried out leads to another event, and so to a nested call. */
-void farm_tell(struct farm *farm, const struct event *event, const uint8_t *records)
+static void answer(struct farm *farm, const struct event *event, const uint8_t *result)
 {
     struct action_list actions = {0};
-    if (farm->ending)
-        return;
     scheduler_handle(farm->scheduler, event, clock_now_ms(), &actions);
     for (size_t i = 0; i < actions.count; i++)
-        carry_out(farm, &actions.items[i], records);
+        carry_out(farm, &actions.items[i], result);
     free(actions.items);
+}
+
+/* A peer that turns out to be lost while actions are carried out leads to another event. It waits until they all are: the
+ * scheduler's answer to it may build on them, as the bands of a render do on the end of its survey. */
+void farm_tell(struct farm *farm, const struct event *event, const uint8_t *result)
+{
+    if (farm->ending)
+        return;
+    if (farm->answering) {
+        farm->events = memory_grow(farm->events, &farm->event_capacity, farm->event_count + 1, sizeof *farm->events);
+        farm->events[farm->event_count++] = *event;
+        return;
+    }
+    farm->answering = true;
+    answer(farm, event, result);
+    for (size_t i = 0; i < farm->event_count; i++) { /* to which its answer may add */
+        struct event next = farm->events[i];
+        answer(farm, &next, NULL);
+    }
+    farm->event_count = 0;
+    farm->answering = false;
 }
 
 /* --- joining ---------------------------------------------------------------------------------------------- */
@@ -226,11 +270,16 @@ static void take_hello(struct farm *farm, const struct wire_peer *address, const
 
 /* --- answering -------------------------------------------------------------------------------------------- */
 
+static bool is_open(const struct render_job *job)
+{
+    return job->state == JOB_WAITING || job->state == JOB_SURVEYING || job->state == JOB_RUNNING;
+}
+
 static void take_need(struct farm *farm, struct peer *peer, const struct message *message)
 {
     const struct bytes *asset = NULL;
     for (size_t i = 0; i < farm->job_count && !asset; i++)
-        if (farm->jobs[i]->state == JOB_WAITING || farm->jobs[i]->state == JOB_RUNNING)
+        if (is_open(farm->jobs[i]))
             asset = render_job_find(farm->jobs[i], &message->need.digest);
     if (!asset || message->need.offset > asset->size)
         return; /* of a job that has ended */
@@ -254,7 +303,7 @@ static uint64_t rays_in(const struct assembly *assembly, uint32_t rows, const ui
     uint64_t rays = 0;
     for (uint32_t i = 0; i < rows; i++) {
         struct row_figures figures;
-        row_record_decode(records + i * assembly_record_bytes(assembly), &figures);
+        row_figures_read(records + i * assembly_record_bytes(assembly), &figures);
         rays += row_figures_rays(&figures);
     }
     return rays;
@@ -267,9 +316,11 @@ static void take_result(struct farm *farm, struct peer *peer, const struct messa
         peer_drop(peer, message->result.lease); /* revoked meanwhile */
         return;
     }
-    uint64_t total = (uint64_t)grant.rows * assembly_record_bytes(farm->jobs[grant.job]->assembly);
-    struct bytes records = {0};
-    bool fits, whole = peer_take_chunk(peer, message, total, &records, &fits);
+    const struct assembly *assembly = farm->jobs[grant.job]->assembly;
+    bool survey = grant.pass == PASS_SURVEY;
+    uint64_t total = survey ? SURVEY_BYTES : (uint64_t)grant.rows * assembly_record_bytes(assembly);
+    struct bytes result = {0};
+    bool fits, whole = peer_take_chunk(peer, message, total, &result, &fits);
     if (!fits) {
         log_warning("worker %u (%s) sent a result that does not fit its band", peer->number, peer->host);
         farm_lose_peer(farm, peer, true);
@@ -277,11 +328,11 @@ static void take_result(struct farm *farm, struct peer *peer, const struct messa
     if (!whole)
         return;
     peer->bands_done++;
-    peer->rows_done += grant.rows;
-    peer->rays_returned += rays_in(farm->jobs[grant.job]->assembly, grant.rows, records.data);
+    peer->rows_done += survey ? 0 : grant.rows;
+    peer->rays_returned += survey ? 0 : rays_in(assembly, grant.rows, result.data);
     farm_tell(farm, &(struct event){.kind = EVENT_RESULT, .worker = peer->number, .lease = message->result.lease},
-              records.data);
-    bytes_finish(&records);
+              result.data);
+    bytes_finish(&result);
 }
 
 static void take_peer_message(struct farm *farm, struct peer *peer, const struct message *message)

@@ -22,6 +22,9 @@ struct farm {
     struct peer *peers; /* all that ever joined */
     size_t peer_count, peer_capacity;
     int64_t started_ms, beat_ms;
+    bool answering; /* farm_tell is at work */
+    struct event *events; /* that came about meanwhile */
+    size_t event_count, event_capacity;
     bool ending; /* nothing is handed out and nobody joins any more */
     farm_job_done *job_done;
     void *job_done_context;
@@ -31,8 +34,8 @@ struct farm {
 
 /* farm_messages.c */
 
-/* Tells the scheduler and carries out what it answers. `records` are those of an EVENT_RESULT, else NULL. */
-void farm_tell(struct farm *farm, const struct event *event, const uint8_t *records);
+/* Tells the scheduler and carries out what it answers. `result`: the bytes of an EVENT_RESULT, else NULL. */
+void farm_tell(struct farm *farm, const struct event *event, const uint8_t *result);
 
 /* Takes and answers all messages that wait. */
 void farm_take_messages(struct farm *farm);

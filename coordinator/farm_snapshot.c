@@ -1,3 +1,4 @@
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/clock.h"
@@ -42,9 +43,12 @@ static struct job_snapshot show_job(const struct farm *farm, size_t index, int64
         .state = job->state,
         .width = job->settings.width,
         .height = job->settings.height,
-        .samples = job->settings.samples,
+        .samples = render_job_samples(job),
+        .samples_max = job->sampling.most,
+        .error = job->error,
+        .rmse = job->state == JOB_DONE ? render_job_rmse(job) : NAN,
         .rows_done = job->rows_done,
-        .rows_in_work = scheduler_rows_leased(farm->scheduler, (uint32_t)index),
+        .rows_in_work = job->state == JOB_RUNNING ? scheduler_rows_leased(farm->scheduler, (uint32_t)index) : 0,
         .rays = row_figures_rays(&job->figures),
         .remaining_seconds = -1,
     };
@@ -54,7 +58,8 @@ static struct job_snapshot show_job(const struct farm *farm, size_t index, int64
     if (job->state == JOB_DONE)
         view.remaining_seconds = 0;
     else if (job->rows_done > 0)
-        view.remaining_seconds = view.elapsed_seconds * (view.height - view.rows_done) / view.rows_done;
+        view.remaining_seconds =
+            (double)(now_ms - job->render_ms) / 1000 * (view.height - view.rows_done) / view.rows_done;
     return view;
 }
 

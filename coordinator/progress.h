@@ -7,8 +7,9 @@
  * one object, whose members are those of struct snapshot (snapshot.h); times are in seconds:
  *
  *   elapsed, rays, rays_per_second
- *   jobs     array of {scene, output, state: "waiting", "running", "done" or "failed", width, height, samples,
- *            rows_done, rows_in_work, rays, elapsed, remaining: null while unknown}
+ *   jobs     array of {scene, output, state: "waiting", "surveying", "running", "done" or "failed", width, height,
+ *            samples_max, samples: null while unknown, error: null where none was asked for, rmse: null until it is
+ *            done and where nothing tells, rows_done, rows_in_work, rays, elapsed, remaining: null while unknown}
  *   workers  array of {number, host, pid, threads, kernel, state: "loading", "working", "idle", "draining" or
  *            "gone", bands_held, bands_done, rows_done, rays, rays_per_second}
  *

@@ -71,7 +71,7 @@ static unsigned percent_of(const struct job_snapshot *job)
 static size_t current_job(const struct snapshot *snapshot)
 {
     for (size_t i = 0; i < snapshot->job_count; i++) {
-        if (snapshot->jobs[i].state == JOB_RUNNING || snapshot->jobs[i].state == JOB_WAITING)
+        if (snapshot->jobs[i].state != JOB_DONE && snapshot->jobs[i].state != JOB_FAILED)
             return i;
     }
     return snapshot->job_count - 1;
@@ -112,10 +112,12 @@ static void put_title(struct bytes *text, const struct snapshot *snapshot, size_
         text_put(&line, "%zu of %zu  ", index + 1, snapshot->job_count);
     size_t used = line.size;
     put_names(&line, file_name(job->scene), job->output, columns - 1 > used ? columns - 1 - used : 0);
-    if (job->width && job->samples) {
-        text_put(&line, "  %" PRIu32 " × %" PRIu32 ", %" PRIu32 " sample%s", job->width, job->height,
-                 job->samples, job->samples == 1 ? "" : "s");
-    }
+    if (job->width)
+        text_put(&line, "  %" PRIu32 " × %" PRIu32, job->width, job->height);
+    if (job->error > 0)
+        text_put(&line, ", error %g", job->error);
+    if (job->samples > 0)
+        text_put(&line, ", %.*f sample%s", job->error > 0, job->samples, job->samples == 1 ? "" : "s");
     put_line(text, &line, columns);
 }
 
@@ -134,7 +136,7 @@ static void put_bar_figures(struct bytes *to, const struct snapshot *snapshot, s
         format_clock(figure, whole_seconds(job->remaining_seconds, true));
         text_put(to, "  %5s left", figure);
     } else if (count > 2) {
-        static const char *const instead[] = {"waiting", "", "done", "failed"};
+        static const char *const instead[] = {"waiting", "surveying", "", "done", "failed"};
         text_put(to, "  %10s", instead[job->state]);
     }
     if (count > 3) {
@@ -335,7 +337,10 @@ void progress_line(struct bytes *text, const struct snapshot *snapshot)
     if (snapshot->job_count > 1)
         text_put(text, " (%zu of %zu)", index + 1, snapshot->job_count);
     format_duration(figure, whole_seconds(elapsed, false));
-    text_put(text, ": %u %%, %s elapsed", percent_of(job), figure);
+    if (job->state == JOB_SURVEYING)
+        text_put(text, ": surveying, %s elapsed", figure);
+    else
+        text_put(text, ": %u %%, %s elapsed", percent_of(job), figure);
     if (job->state == JOB_RUNNING && job->remaining_seconds >= 0) {
         format_duration(figure, whole_seconds(job->remaining_seconds, true));
         text_put(text, ", %s left", figure);

@@ -1,6 +1,6 @@
 /* weft render */
 #include <errno.h>
-#include <inttypes.h>
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,17 +13,20 @@
 #include "base/options.h"
 #include "coordinator/commands.h"
 #include "coordinator/farm.h"
+#include "image/compare.h"
 #include "trace/kernel.h"
 #include "wire/socket.h"
 
-enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL, OPTION_PROGRESS, OPTION_INSECURE,
-       OPTION_HELP, OPTION_VERSION };
+enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_ERROR, OPTION_MAX_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL,
+       OPTION_PROGRESS, OPTION_INSECURE, OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
     {'o', "output", "OUT", "file (.png, .pfm), or with several scenes a folder"},
     {OPTION_BITS, "bits", "8|16", "bits a channel of a PNG (default 8)"},
     {'s', "size", "WxH", "image size in pixels (default: the scene's)"},
-    {OPTION_SAMPLES, "samples", "N", "samples a pixel (default: the scene's, else 4)"},
+    {OPTION_SAMPLES, "samples", "N", "samples of every pixel (default: the scene's, else as --error says)"},
+    {OPTION_ERROR, "error", "E", "sample until the RMSE, of what is shown as 0..1, is at most E (default 0.005)"},
+    {OPTION_MAX_SAMPLES, "max-samples", "N", "with --error: at most so many a pixel (default 1024)"},
     {OPTION_FILTER, "filter", "NAME", "of pixels: box, or tent, which is smoother (default: the scene's)"},
     {'w', "workers", "N", "local worker processes (default 1; 0: only remote ones)"},
     {'t', "threads", "N", "render threads of the local workers together (default: all cores)"},
@@ -102,6 +105,10 @@ static enum status take_choice(struct arguments *a, int key, const char *argumen
         return take_bits(argument, &a->choices, error);
     case OPTION_SAMPLES:
         return take_integer("--samples", argument, 1, SCENE_SAMPLES_MAX, &a->choices.samples, error);
+    case OPTION_ERROR:
+        return options_number("--error", argument, 0.0005, 0.5, &a->choices.error, error);
+    case OPTION_MAX_SAMPLES:
+        return take_integer("--max-samples", argument, 4, SCENE_SAMPLES_MAX, &a->choices.samples_max, error);
     case OPTION_FILTER:
         return take_filter(argument, &a->choices, error);
     case 's':
@@ -167,6 +174,10 @@ static enum status check_arguments(const struct arguments *a, int scenes, struct
                          a->progress);
     if (scenes == 0)
         return error_set(error, STATUS_USAGE, "expected a scene; see weft render --help");
+    if (a->choices.samples > 0 && a->choices.error > 0)
+        return error_set(error, STATUS_USAGE, "--samples and --error: expected one of them");
+    if (a->choices.samples > 0 && a->choices.samples_max > 0)
+        return error_set(error, STATUS_USAGE, "--samples and --max-samples: expected one of them");
     if (a->workers == 0 && !a->listen[0])
         return error_set(error, STATUS_USAGE, "--workers 0 needs --listen: otherwise nobody would render");
     if (a->listen[0] && !a->insecure && !wire_endpoint_is_local(a->listen))
@@ -259,6 +270,37 @@ static void format_count(char text[16], double count)
     snprintf(text, 16, unit && count < 99.95 ? "%.1f%s" : "%.0f%s", count, units[unit]);
 }
 
+/* With three digits that count, as "0.00471". */
+static void format_error(char text[16], double error)
+{
+    int decimals = 3;
+    for (double shown = error; shown < 0.1 && decimals < 9; shown *= 10)
+        decimals++;
+    snprintf(text, 16, "%.*f", decimals, error);
+}
+
+/* ", RMSE 0.00471 (46.5 dB)", and why it is not what was asked for where it is not. The caller frees. */
+static char *describe_error(const struct render_job *job)
+{
+    double rmse = render_job_rmse(job);
+    if (isnan(rmse))
+        return memory_string(", RMSE unknown");
+    if (rmse == 0)
+        return memory_string(", RMSE 0");
+    char text[16];
+    format_error(text, rmse);
+    const uint64_t *stages = job->figures.stages;
+    uint64_t pixels = (uint64_t)job->settings.width * job->settings.height;
+    uint64_t limited = stages[sampling_stage_within(job->sampling.most)];
+    if (job->error == 0 || rmse <= job->error)
+        return memory_format(", RMSE %s (%.1f dB)", text, image_psnr(rmse));
+    if (limited == 0)
+        return memory_format(", RMSE %s (%.1f dB), above %g: the survey had promised less", text, image_psnr(rmse),
+                             job->error);
+    return memory_format(", RMSE %s (%.1f dB), above %g: %.3g %% of the pixels met the limit of %u samples", text,
+                         image_psnr(rmse), job->error, 100.0 * (double)limited / (double)pixels, job->sampling.most);
+}
+
 static void say_done(const struct render_job *job, void *context)
 {
     const struct arguments *a = context;
@@ -269,8 +311,10 @@ static void say_done(const struct render_job *job, void *context)
     char count[16], rate[16];
     format_count(count, rays);
     format_count(rate, seconds > 0 ? rays / seconds : 0);
-    log_result("%s: %u×%u, %u samples a pixel, %.2f s, %s rays, %s rays/s", job->output_path, job->settings.width,
-               job->settings.height, job->settings.samples, seconds, count, rate);
+    char *error = describe_error(job);
+    log_result("%s: %u×%u, %.*f samples a pixel, %.2f s, %s rays, %s rays/s%s", job->output_path, job->settings.width,
+               job->settings.height, job->error > 0, render_job_samples(job), seconds, count, rate, error);
+    free(error);
 }
 
 static struct progress *make_progress(const struct arguments *a)

@@ -1,5 +1,6 @@
 #include "coordinator/render_job.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,13 +25,27 @@ static enum status choose_format(const char *output_path, int bits, uint8_t *for
     return STATUS_OK;
 }
 
+/* The scene's samples count where the command line asks neither for samples nor for an error. */
+static void choose_sampling(struct render_job *job, uint32_t scene_samples, const struct render_choices *choices)
+{
+    uint32_t samples = choices->samples, most = choices->samples_max;
+    if (!samples && choices->error == 0 && !most)
+        samples = scene_samples;
+    if (samples) {
+        job->sampling = (struct sampling){samples, samples, 0};
+        return;
+    }
+    most = sampling_stage(sampling_stage_within(most ? most : RENDER_SAMPLES_MAX_DEFAULT));
+    job->error = choices->error > 0 ? choices->error : RENDER_ERROR_DEFAULT;
+    job->surveying = survey_sampling(most, job->error);
+    job->sampling.most = most;
+}
+
 static void choose_settings(struct render_job *job, const struct scene *scene, const struct render_choices *choices)
 {
     job->settings.width = choices->width ? choices->width : scene->width;
     job->settings.height = choices->height ? choices->height : scene->height;
-    job->settings.samples = choices->samples ? choices->samples : scene->samples;
-    if (job->settings.samples == 0)
-        job->settings.samples = RENDER_SAMPLES_DEFAULT;
+    choose_sampling(job, scene->samples, choices);
     job->settings.filter = (uint8_t)(choices->filter >= 0 ? choices->filter : (int)scene->filter);
 }
 
@@ -62,7 +77,7 @@ static enum status open_output(struct render_job *job, struct error *error)
         .source = source,
     };
     enum status status = STATUS_OK;
-    job->assembly = assembly_create(job->output_path, &description, &status, error);
+    job->assembly = assembly_create(job->output_path, &description, job->settings.maps, &status, error);
     return status;
 }
 
@@ -102,6 +117,45 @@ void render_job_finish(struct render_job *job)
     free(job->output_path);
     *job = (struct render_job){0};
 }
+
+/* --- sampling --------------------------------------------------------------------------------------------- */
+
+uint32_t render_job_survey_rows(const struct render_job *job)
+{
+    return job->error > 0 ? survey_grid(job->settings.width, job->settings.height).down : 0;
+}
+
+void render_job_take_survey(struct render_job *job, const uint8_t *bytes)
+{
+    struct survey part;
+    survey_read(&part, bytes);
+    survey_add(&job->survey, &part);
+}
+
+void render_job_end_survey(struct render_job *job)
+{
+    job->sampling = survey_choose(&job->survey, &job->surveying, job->error);
+}
+
+double render_job_samples(const struct render_job *job)
+{
+    if (job->error == 0)
+        return job->sampling.most;
+    return job->rows_done > 0 ? (double)job->figures.samples / ((double)job->settings.width * job->rows_done) : 0;
+}
+
+double render_job_rmse(const struct render_job *job)
+{
+    const uint64_t *error = job->figures.error;
+    uint64_t pixels = (uint64_t)job->settings.width * job->settings.height;
+    if (error[0] == UINT64_MAX || error[1] == UINT64_MAX || job->sampling.most == 1)
+        return NAN;
+    if (job->error > 0)
+        return survey_error(&job->survey, &job->sampling, pixels, error);
+    return sqrt(((double)error[0] + (double)error[1]) * PIXEL_ERROR_UNIT / (double)pixels);
+}
+
+/* --- assets ----------------------------------------------------------------------------------------------- */
 
 const struct bytes *render_job_find(const struct render_job *job, const struct digest *digest)
 {

@@ -8,17 +8,22 @@
 #include "coordinator/assembly.h"
 #include "coordinator/snapshot.h"
 #include "scene/assets.h"
+#include "trace/survey.h"
 #include "wire/message.h"
 
 /* What the command line says about every scene; 0 (of the filter: −1) where it says nothing. */
 struct render_choices {
     uint32_t width, height; /* pixels */
-    uint32_t samples;       /* a pixel */
+    uint32_t samples;       /* of every pixel */
+    double error;           /* RMSE to be met; not with samples */
+    uint32_t samples_max;   /* of any pixel, to meet it; not with samples */
     int filter;             /* enum pixel_filter */
     int bits;               /* 8 or 16, of a PNG */
 };
 
-enum { RENDER_SAMPLES_DEFAULT = 4 };
+/* What is asked for where neither command line nor scene says anything. */
+#define RENDER_ERROR_DEFAULT 0.005
+enum { RENDER_SAMPLES_MAX_DEFAULT = 1024 };
 
 struct render_job {
     char *scene_path, *output_path; /* owned */
@@ -26,9 +31,14 @@ struct render_job {
     struct bytes manifest;          /* encoded */
     struct digest manifest_digest;
     struct job_settings settings;
+    double error;                   /* RMSE to be met; 0: the sampling is fixed */
+    struct survey survey;           /* where an error is to be met: the sum of what has come */
+    struct sampling surveying;      /* the sampling of the survey */
+    struct sampling sampling;       /* the render's; known once all is surveyed, but for `most` */
     struct assembly *assembly;      /* NULL once the output is complete or abandoned */
     enum job_state state;
-    int64_t started_ms, ended_ms; /* by the clock; started: its first band was handed out */
+    int64_t started_ms, render_ms; /* by the clock: when its first band was handed out, of all and of the render */
+    int64_t ended_ms;
     uint32_t rows_done;
     struct row_figures figures; /* of the rows done */
 };
@@ -39,6 +49,22 @@ enum status render_job_init(struct render_job *job, const char *scene_path, cons
 
 /* Abandons an output that is not complete. */
 void render_job_finish(struct render_job *job);
+
+/* Rows of the survey; 0: there is none. */
+uint32_t render_job_survey_rows(const struct render_job *job);
+
+/* Takes the result of a band of the survey, SURVEY_BYTES. */
+void render_job_take_survey(struct render_job *job, const uint8_t *bytes);
+
+/* All is surveyed: chooses the render's sampling. */
+void render_job_end_survey(struct render_job *job);
+
+/* Samples a pixel: the fixed number, or the mean of the rows done (0: none is). */
+double render_job_samples(const struct render_job *job);
+
+/* The estimated RMSE of a complete picture, as it is shown, 0..1 (trace/sampling.h, survey.h). NAN where nothing tells:
+ * with one sample a pixel by choice, and with errors beyond what rows.h can count. */
+double render_job_rmse(const struct render_job *job);
 
 /* The asset (or manifest) of that digest, borrowed; NULL if the job has none. */
 const struct bytes *render_job_find(const struct render_job *job, const struct digest *digest);

@@ -24,9 +24,12 @@ struct band {
 };
 
 struct job {
-    uint32_t rows, next_row; /* rows from next_row on are not yet cut into bands */
-    uint32_t accepted_rows;
+    enum render_pass pass;
+    uint32_t pass_rows[PASSES];
     bool over;
+    /* Of the present pass, which began with no band and so with no lease: */
+    uint32_t next_row; /* rows from there on are not yet cut into bands */
+    uint32_t accepted_rows;
     struct band *bands;
     size_t band_count, band_capacity;
     uint32_t *waiting; /* bands to be handed out again, first in first out from waiting_at */
@@ -127,7 +130,8 @@ bool scheduler_lease(const struct scheduler *s, uint32_t worker, uint64_t id, st
     if (!lease)
         return false;
     const struct band *band = band_of(s, lease);
-    *grant = (struct action){ACTION_GRANT, worker, lease->job, band->first_row, band->rows, id};
+    enum render_pass pass = s->jobs[lease->job].pass;
+    *grant = (struct action){ACTION_GRANT, worker, lease->job, pass, band->first_row, band->rows, id};
     return true;
 }
 
@@ -169,16 +173,21 @@ static void act(struct scheduler *s, struct action action)
 
 /* --- bands ------------------------------------------------------------------------------------------------ */
 
+static uint32_t rows_of(const struct job *job)
+{
+    return job->pass_rows[job->pass];
+}
+
 static bool has_waiting(const struct job *job)
 {
-    return !job->over && (job->waiting_at < job->waiting_count || job->next_row < job->rows);
+    return !job->over && (job->waiting_at < job->waiting_count || job->next_row < rows_of(job));
 }
 
 /* Guided self-scheduling: a share of what remains, so that bands are large while there is much to do and small when
  * the end is near. */
 static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job)
 {
-    uint32_t remaining = job->rows - job->next_row, rows = s->policy.band_rows;
+    uint32_t remaining = rows_of(job) - job->next_row, rows = job->pass == PASS_RENDER ? s->policy.band_rows : 0;
     if (rows == 0) {
         uint64_t share = remaining / (BANDS_A_THREAD * (s->threads ? s->threads : 1));
         rows = share < 1 ? 1 : share > BAND_ROWS_MAX ? BAND_ROWS_MAX : (uint32_t)share;
@@ -213,7 +222,8 @@ static void grant(struct scheduler *s, struct worker *w, uint32_t job_number, ui
     band->state = BAND_LEASED;
     w->leases = memory_grow(w->leases, &w->lease_capacity, w->lease_count + 1, sizeof *w->leases);
     w->leases[w->lease_count++] = (struct lease){s->next_lease, job_number, band_number, s->now_ms};
-    act(s, (struct action){ACTION_GRANT, w->number, job_number, band->first_row, band->rows, s->next_lease});
+    act(s, (struct action){ACTION_GRANT, w->number, job_number, s->jobs[job_number].pass, band->first_row, band->rows,
+                           s->next_lease});
     s->next_lease++;
 }
 
@@ -253,6 +263,17 @@ static void end_job(struct scheduler *s, uint32_t number, struct action last)
         s->first_open_job++;
 }
 
+/* Every band of the survey is done, so no lease is left that could be mistaken for one of the render's. */
+static void end_survey(struct scheduler *s, uint32_t number)
+{
+    struct job *job = &s->jobs[number];
+    job->pass = PASS_RENDER;
+    job->next_row = job->accepted_rows = 0;
+    job->band_count = job->waiting_at = job->waiting_count = 0;
+    job->answered_ms = job->answered = 0;
+    act(s, (struct action){.kind = ACTION_SURVEYED, .job = number});
+}
+
 static void accept(struct scheduler *s, const struct lease *answered)
 {
     struct job *job = &s->jobs[answered->job];
@@ -262,10 +283,14 @@ static void accept(struct scheduler *s, const struct lease *answered)
     job->accepted_rows += band->rows;
     job->answered_ms += s->now_ms - answered->granted_ms;
     job->answered++;
-    act(s, (struct action){.kind = ACTION_ACCEPT, .job = answered->job, .first_row = band->first_row,
-                           .rows = band->rows});
+    act(s, (struct action){.kind = ACTION_ACCEPT, .job = answered->job, .pass = job->pass,
+                           .first_row = band->first_row, .rows = band->rows});
     revoke_band(s, answered->job, answered->band);
-    if (job->accepted_rows == job->rows)
+    if (job->accepted_rows < rows_of(job))
+        return;
+    if (job->pass == PASS_SURVEY)
+        end_survey(s, answered->job);
+    else
         end_job(s, answered->job, (struct action){.kind = ACTION_DONE, .job = answered->job});
 }
 
@@ -281,8 +306,8 @@ static void lose_lease(struct scheduler *s, const struct lease *lease, bool by_f
     if (--band->holders == 0)
         put_back(job, lease->band);
     if (band->losses >= SCHEDULER_LOSSES_MAX)
-        end_job(s, lease->job, (struct action){.kind = ACTION_FAIL, .job = lease->job, .first_row = band->first_row,
-                                               .rows = band->rows});
+        end_job(s, lease->job, (struct action){.kind = ACTION_FAIL, .job = lease->job, .pass = job->pass,
+                                               .first_row = band->first_row, .rows = band->rows});
 }
 
 static void remove_worker(struct scheduler *s, struct worker *w, bool by_fault)
@@ -319,7 +344,8 @@ static void add_worker(struct scheduler *s, const struct event *event)
 static void add_job(struct scheduler *s, const struct event *event)
 {
     s->jobs = memory_grow(s->jobs, &s->job_capacity, s->job_count + 1, sizeof *s->jobs);
-    s->jobs[s->job_count++] = (struct job){.rows = event->rows};
+    s->jobs[s->job_count++] = (struct job){.pass = event->survey_rows > 0 ? PASS_SURVEY : PASS_RENDER,
+                                           .pass_rows = {event->survey_rows, event->rows}};
 }
 
 /* --- handing out ------------------------------------------------------------------------------------------ */

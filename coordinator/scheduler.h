@@ -2,11 +2,12 @@
  * Who renders which rows: a pure state machine. It is told events with the time at which they happened and answers
  * with actions; it has no clock, no sockets and no threads, so that a test can drive it through any history.
  *
- * A job is the rows 0..rows−1 of one picture. Rows are handed out as bands, each under a lease to one worker; a
- * band that holds up the end is leased to idle workers too, to one more each time that patience runs out. The
- * first answer is accepted and every other lease of the band revoked. A worker that is lost loses its leases, and
- * their bands are handed out again. Every row is accepted exactly once, and a job ends if one worker answers,
- * whatever the others do.
+ * A job is the rows 0..rows−1 of one picture, which may be surveyed first: then it has two passes (wire/message.h),
+ * each over rows of its own, and the second begins when every row of the first is accepted; meanwhile idle workers
+ * go on with the next job. Rows are handed out as bands, each under a lease to one worker; a band that holds up the
+ * end is leased to idle workers too, to one more each time that patience runs out. The first answer is accepted and
+ * every other lease of the band revoked. A worker that is lost loses its leases, and their bands are handed out again.
+ * Every row is accepted exactly once a pass, and a job ends if one worker answers, whatever the others do.
  */
 #ifndef WEFT_COORDINATOR_SCHEDULER_H
 #define WEFT_COORDINATOR_SCHEDULER_H
@@ -15,15 +16,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "wire/message.h"
+
 struct scheduler_policy {
-    uint32_t band_rows; /* rows of a band; 0: chosen by what remains, smaller towards the end */
+    uint32_t band_rows; /* of the render, not of surveys; 0: chosen by what remains, smaller towards the end */
     int64_t silence_ms; /* a worker that is silent for so long is dead */
 };
 
 enum { SCHEDULER_LOSSES_MAX = 3 }; /* a band that was lost with so many workers fails its job */
 
 enum event_kind {
-    EVENT_JOB,    /* a new job: rows. Jobs are numbered 0, 1, … in the order of these events */
+    EVENT_JOB,    /* a new job: survey_rows, rows. Jobs are numbered 0, 1, … in the order of these events */
     EVENT_JOIN,   /* worker, threads, credit. Worker numbers are the caller's, each used once */
     EVENT_READY,  /* worker has loaded the job */
     EVENT_BEAT,   /* worker is alive */
@@ -37,6 +40,7 @@ enum event_kind {
 struct event {
     enum event_kind kind;
     uint32_t worker, job;
+    uint32_t survey_rows;     /* JOB: 0: without a survey */
     uint32_t rows;            /* JOB: at least 1 */
     uint32_t threads, credit; /* JOIN: at least 1 each */
     uint64_t lease;           /* RESULT */
@@ -44,19 +48,21 @@ struct event {
 
 enum action_kind {
     ACTION_ANNOUNCE, /* tell worker about job */
-    ACTION_GRANT,    /* give worker rows first_row..first_row + rows − 1 of job under lease */
-    ACTION_ACCEPT,   /* the result of this event is the one for these rows of job */
+    ACTION_GRANT,    /* give worker rows first_row..first_row + rows − 1 of this pass of job under lease */
+    ACTION_ACCEPT,   /* the result of this event is the one for these rows of this pass of job */
     ACTION_ACK,      /* worker may forget the result of lease */
     ACTION_REVOKE,   /* worker may stop working on lease */
     ACTION_END,      /* worker may forget job */
     ACTION_EXPEL,    /* worker is considered dead */
+    ACTION_SURVEYED, /* all rows of job's survey are accepted; what is granted of it from now on is of the render */
     ACTION_DONE,     /* job is complete */
-    ACTION_FAIL,     /* job cannot be completed: these rows were lost SCHEDULER_LOSSES_MAX times */
+    ACTION_FAIL,     /* job cannot be completed: these rows of this pass were lost SCHEDULER_LOSSES_MAX times */
 };
 
 struct action {
     enum action_kind kind;
     uint32_t worker, job;
+    enum render_pass pass;
     uint32_t first_row, rows;
     uint64_t lease;
 };
@@ -82,13 +88,13 @@ void scheduler_handle(struct scheduler *scheduler, const struct event *event, in
 /* When to send an EVENT_TICK at the latest; INT64_MAX: no need. */
 int64_t scheduler_deadline(const struct scheduler *scheduler);
 
-/* Whether worker holds this lease, and which rows of which job it is for. */
+/* Whether worker holds this lease, and which rows of which job and pass it is for. */
 bool scheduler_lease(const struct scheduler *scheduler, uint32_t worker, uint64_t lease, struct action *grant);
 
 /* Leases that the worker holds. */
 size_t scheduler_held(const struct scheduler *scheduler, uint32_t worker);
 
-/* Rows of the job that are out under a lease. */
+/* Rows of the job's present pass that are out under a lease. */
 uint32_t scheduler_rows_leased(const struct scheduler *scheduler, uint32_t job);
 
 #endif

@@ -27,14 +27,17 @@ struct worker_snapshot {
     double rays_per_second; /* over the last few seconds */
 };
 
-enum job_state { JOB_WAITING, JOB_RUNNING, JOB_DONE, JOB_FAILED };
+enum job_state { JOB_WAITING, JOB_SURVEYING, JOB_RUNNING, JOB_DONE, JOB_FAILED };
 
 /* One scene of the command. */
 struct job_snapshot {
     const char *scene, *output; /* paths as the user gave them */
     enum job_state state;
     uint32_t width, height; /* pixels */
-    uint32_t samples;       /* a pixel */
+    double samples;         /* a pixel: the number asked for, else the mean of the rows done; 0: not known yet */
+    uint32_t samples_max;   /* no pixel gets more */
+    double error;           /* RMSE asked for; 0: none was */
+    double rmse;            /* of what was rendered, estimated; NAN: unknown, as long as it is not done */
     uint32_t rows_done, rows_in_work;
     uint64_t rays;
     double elapsed_seconds;   /* since its first band was handed out */

@@ -228,12 +228,29 @@ static inline size_t scene_add_image(struct scene *scene, uint32_t width, uint32
 
 static inline struct trace_settings settings_of(const struct scene *scene)
 {
-    return (struct trace_settings){scene->width, scene->height, scene->samples ? scene->samples : 1,
-                                   scene->filter};
+    return (struct trace_settings){scene->width, scene->height, scene->filter};
+}
+
+static inline uint32_t samples_of(const struct scene *scene)
+{
+    return scene->samples ? scene->samples : 1;
+}
+
+/* The light of an area's pixels, by so many samples each; otherwise as tracer_area. */
+static inline void area_render(struct tracer *tracer, uint32_t samples, const struct pixel_area *area,
+                               struct vec3 *lights, struct ray_counts *counts)
+{
+    size_t count = (size_t)(area->x1 - area->x0) * (area->y1 - area->y0);
+    struct pixel *pixels = memory_array(count, sizeof *pixels);
+    tracer_area(tracer, &(struct sampling){samples, samples, 0}, area, pixels, counts);
+    for (size_t i = 0; i < count; i++)
+        lights[i] = pixels[i].light;
+    free(pixels);
 }
 
 /* All pixels, rows from the top, which the caller frees. counts may be NULL. */
-static inline struct vec3 *plan_render(const struct plan *plan, const struct kernel *kernel, struct ray_counts *counts)
+static inline struct vec3 *plan_render(const struct plan *plan, const struct kernel *kernel, uint32_t samples,
+                                       struct ray_counts *counts)
 {
     const uint32_t width = plan->settings.width, height = plan->settings.height;
     struct tracer *tracer = tracer_create(plan, kernel);
@@ -241,7 +258,7 @@ static inline struct vec3 *plan_render(const struct plan *plan, const struct ker
     struct ray_counts *rows = memory_array(height, sizeof *rows);
     for (uint32_t y0 = 0, y1; y0 < height; y0 = y1) {
         y1 = y0 + 7 < height ? y0 + 7 : height;
-        tracer_area(tracer, &(struct pixel_area){0, width, y0, y1}, pixels + (size_t)y0 * width, &rows[y0]);
+        area_render(tracer, samples, &(struct pixel_area){0, width, y0, y1}, pixels + (size_t)y0 * width, &rows[y0]);
     }
     for (uint32_t y = 0; counts && y < height; y++) {
         counts->camera += rows[y].camera;
@@ -258,7 +275,7 @@ static inline struct vec3 *scene_render(const struct scene *scene, const struct 
 {
     struct trace_settings settings = settings_of(scene);
     struct plan *plan = plan_create(scene, &settings, 1);
-    struct vec3 *pixels = plan_render(plan, kernel, counts);
+    struct vec3 *pixels = plan_render(plan, kernel, samples_of(scene), counts);
     plan_destroy(&plan);
     return pixels;
 }

@@ -150,12 +150,10 @@ static void finish(struct worker *w, int exit_status)
 
 static void load(struct worker *w, uint32_t job)
 {
-    struct job_settings from;
+    struct job_settings settings;
     struct asset_set assets = {0};
-    const char *name = session_assets(w->session, job, &from, &assets);
-    const struct trace_settings settings = {from.width, from.height, from.samples,
-                                            (enum pixel_filter)from.filter};
-    pool_load(w->pool, job, name, &assets, &settings, (enum pixel_format)from.pixel_format);
+    const char *name = session_assets(w->session, job, &settings, &assets);
+    pool_load(w->pool, job, name, &assets, &settings);
 }
 
 static void reconnect(struct worker *w)
@@ -179,7 +177,7 @@ static void carry_out(struct worker *w, struct session_action *action)
         load(w, action->job);
         break;
     case SESSION_START:
-        pool_start(w->pool, action->lease, action->job, action->first_row, action->rows);
+        pool_start(w->pool, action->lease, action->job, &action->order);
         break;
     case SESSION_CANCEL:
         pool_cancel(w->pool, action->lease);

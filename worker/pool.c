@@ -12,9 +12,7 @@
 #include "scene/images.h"
 #include "scene/load.h"
 #include "trace/tracer.h"
-#include "wire/rows.h"
-
-enum { TILE_WIDTH = 64, TILE_ROWS = 4 }; /* pixels */
+#include "worker/band.h"
 
 enum loading { LOADING_WAITS, LOADING_RUNS, LOADING_DONE };
 
@@ -27,22 +25,19 @@ struct pool_job {
     bool loaded;
     char *name;
     struct asset_set assets;
-    struct trace_settings settings;
-    enum pixel_format format;
+    struct job_settings settings;
     struct scene scene;
     struct plan *plan;
 };
 
-/* A band in work. Tiles are numbered row of tiles by row of tiles. */
-struct band {
-    struct band *next;
+/* A band in work. */
+struct held_band {
+    struct held_band *next;
     struct pool_job *job;
     uint64_t lease;
-    uint32_t first_row, rows;
-    uint32_t tiles_across, tiles, next_tile, finished_tiles;
+    struct band band;
+    uint32_t next_tile, finished_tiles;
     bool cancelled;
-    struct row_figures *figures; /* of each row */
-    struct bytes records;
 };
 
 struct outcome_node {
@@ -58,7 +53,7 @@ struct pool {
     pthread_t *threads;
     int thread_count;
     struct pool_job *jobs;
-    struct band *bands; /* oldest first; a finished or cancelled band leaves with its last tile */
+    struct held_band *bands; /* oldest first; a finished or cancelled band leaves with its last tile */
     struct outcome_node *outcomes, **outcomes_end;
     int descriptor;
     uint64_t tiles, rays;
@@ -108,55 +103,42 @@ static void push_outcome(struct pool *pool, const struct pool_outcome *outcome)
 
 /* --- bands, with the mutex held --------------------------------------------------------------------------- */
 
-static void free_band(struct band *band)
+static void free_band(struct held_band *held)
 {
-    release_job(band->job);
-    free(band->figures);
-    bytes_finish(&band->records);
-    free(band);
+    band_finish(&held->band);
+    release_job(held->job);
+    free(held);
 }
 
-static bool all_tiles_are_back(const struct band *band)
+static bool all_tiles_are_back(const struct held_band *held)
 {
-    return band->finished_tiles == (band->cancelled ? band->next_tile : band->tiles);
+    return held->finished_tiles == (held->cancelled ? held->next_tile : held->band.tiles);
 }
 
 /* Takes bands out of the list whose last tile is back. */
 static void sweep_bands(struct pool *pool)
 {
-    for (struct band **link = &pool->bands; *link;) {
-        struct band *band = *link;
-        if (!all_tiles_are_back(band)) {
-            link = &band->next;
+    for (struct held_band **link = &pool->bands; *link;) {
+        struct held_band *held = *link;
+        if (!all_tiles_are_back(held)) {
+            link = &held->next;
             continue;
         }
-        *link = band->next;
-        free_band(band);
+        *link = held->next;
+        free_band(held);
     }
 }
 
-static size_t record_bytes(const struct pool_job *job)
-{
-    return row_record_bytes(job->settings.width * pixel_format_bytes(job->format));
-}
-
-/* The pixels of a finished band are in place; its rows' figures go before them. */
-static void complete_band(struct pool *pool, struct band *band)
-{
-    for (uint32_t row = 0; row < band->rows; row++)
-        row_figures_write(band->records.data + row * record_bytes(band->job), &band->figures[row]);
-    push_outcome(pool, &(struct pool_outcome){.kind = POOL_BAND, .lease = band->lease, .bytes = band->records});
-    band->records = (struct bytes){0};
-}
-
-/* --- render threads --------------------------------------------------------------------------------------- */
+/* --- loading ---------------------------------------------------------------------------------------------- */
 
 static void load_job(struct pool_job *job, int threads, struct error *error)
 {
     job->loaded = scene_load_with(&job->scene, job->name, &job->assets, IMAGES_NAMED, error) == STATUS_OK &&
                   scene_images_decode(&job->scene, &job->assets, threads, error) == STATUS_OK;
+    const struct trace_settings settings = {job->settings.width, job->settings.height,
+                                            (enum pixel_filter)job->settings.filter};
     if (job->loaded)
-        job->plan = plan_create(&job->scene, &job->settings, threads);
+        job->plan = plan_create(&job->scene, &settings, threads);
     asset_set_finish(&job->assets);
 }
 
@@ -181,48 +163,7 @@ static bool run_loading(struct pool *pool)
     return true;
 }
 
-struct tile {
-    uint32_t x0, x1;
-    uint32_t row0, row1; /* within the band */
-};
-
-static struct tile tile_at(const struct band *band, uint32_t index)
-{
-    uint32_t width = band->job->settings.width;
-    struct tile tile = {.x0 = index % band->tiles_across * TILE_WIDTH, .row0 = index / band->tiles_across * TILE_ROWS};
-    tile.x1 = width - tile.x0 < TILE_WIDTH ? width : tile.x0 + TILE_WIDTH;
-    tile.row1 = band->rows - tile.row0 < TILE_ROWS ? band->rows : tile.row0 + TILE_ROWS;
-    return tile;
-}
-
-static void render_tile(struct tracer *tracer, const struct band *band, const struct tile *tile,
-                        struct ray_counts counts[TILE_ROWS])
-{
-    struct vec3 pixels[TILE_ROWS * TILE_WIDTH];
-    struct pixel_area area = {tile->x0, tile->x1, band->first_row + tile->row0, band->first_row + tile->row1};
-    uint32_t width = tile->x1 - tile->x0;
-    size_t pixel_bytes = pixel_format_bytes(band->job->format);
-    tracer_area(tracer, &area, pixels, counts);
-    for (uint32_t row = tile->row0; row < tile->row1; row++) {
-        uint8_t *record = band->records.data + row * record_bytes(band->job);
-        pixel_format_encode(band->job->format, pixels + (row - tile->row0) * width, width,
-                            record + ROW_FIGURES_BYTES + tile->x0 * pixel_bytes);
-    }
-}
-
-static void add_figures(struct pool *pool, struct band *band, const struct tile *tile,
-                        const struct ray_counts counts[TILE_ROWS])
-{
-    for (uint32_t row = tile->row0; row < tile->row1; row++) {
-        const struct ray_counts *from = &counts[row - tile->row0];
-        struct row_figures *to = &band->figures[row];
-        to->samples += from->camera;
-        to->secondary_rays += from->secondary;
-        to->shadow_rays += from->shadow;
-        pool->rays += from->camera + from->secondary + from->shadow;
-    }
-    pool->tiles++;
-}
+/* --- render threads --------------------------------------------------------------------------------------- */
 
 static void set_tracer(struct pool *pool, struct thread_state *state, struct pool_job *job)
 {
@@ -234,26 +175,34 @@ static void set_tracer(struct pool *pool, struct thread_state *state, struct poo
     state->tracer = job ? tracer_create(job->plan, pool->kernel) : NULL;
 }
 
+static void take_back(struct pool *pool, struct held_band *held, uint32_t tile, const struct tile_outcome *outcome)
+{
+    pool->rays += outcome->rays;
+    pool->tiles++;
+    band_add(&held->band, tile, outcome);
+    held->finished_tiles++;
+    if (!all_tiles_are_back(held))
+        return;
+    if (!held->cancelled)
+        push_outcome(pool, &(struct pool_outcome){
+                               .kind = POOL_BAND, .lease = held->lease, .bytes = band_complete(&held->band)});
+    sweep_bands(pool);
+}
+
 static bool run_tile(struct pool *pool, struct thread_state *state)
 {
-    struct band *band = pool->bands;
-    while (band && (band->cancelled || band->next_tile == band->tiles))
-        band = band->next;
-    if (!band)
+    struct held_band *held = pool->bands;
+    while (held && (held->cancelled || held->next_tile == held->band.tiles))
+        held = held->next;
+    if (!held)
         return false;
-    struct tile tile = tile_at(band, band->next_tile++);
-    struct ray_counts counts[TILE_ROWS] = {{0}};
-    set_tracer(pool, state, band->job);
+    uint32_t tile = held->next_tile++;
+    struct tile_outcome outcome;
+    set_tracer(pool, state, held->job);
     pthread_mutex_unlock(&pool->mutex);
-    render_tile(state->tracer, band, &tile, counts);
+    band_work(&held->band, state->tracer, tile, &outcome);
     pthread_mutex_lock(&pool->mutex);
-    add_figures(pool, band, &tile, counts);
-    band->finished_tiles++;
-    if (all_tiles_are_back(band)) {
-        if (!band->cancelled)
-            complete_band(pool, band);
-        sweep_bands(pool);
-    }
+    take_back(pool, held, tile, &outcome);
     return true;
 }
 
@@ -344,7 +293,7 @@ bool pool_take(struct pool *pool, struct pool_outcome *outcome)
 }
 
 void pool_load(struct pool *pool, uint32_t number, const char *name, struct asset_set *assets,
-               const struct trace_settings *settings, enum pixel_format format)
+               const struct job_settings *settings)
 {
     struct pool_job *job = memory_array(1, sizeof *job);
     job->number = number;
@@ -352,7 +301,6 @@ void pool_load(struct pool *pool, uint32_t number, const char *name, struct asse
     job->assets = *assets;
     *assets = (struct asset_set){0};
     job->settings = *settings;
-    job->format = format;
     pthread_mutex_lock(&pool->mutex);
     use_job(job);
     struct pool_job **link = &pool->jobs;
@@ -365,9 +313,9 @@ void pool_load(struct pool *pool, uint32_t number, const char *name, struct asse
 
 static void cancel_bands(struct pool *pool, const struct pool_job *job, uint64_t lease)
 {
-    for (struct band *band = pool->bands; band; band = band->next)
-        if (band->job == job || (!job && band->lease == lease))
-            band->cancelled = true;
+    for (struct held_band *held = pool->bands; held; held = held->next)
+        if (held->job == job || (!job && held->lease == lease))
+            held->cancelled = true;
     sweep_bands(pool);
 }
 
@@ -386,31 +334,26 @@ void pool_forget(struct pool *pool, uint32_t number)
     pthread_mutex_unlock(&pool->mutex);
 }
 
-static struct band *make_band(struct pool_job *job, uint64_t lease, uint32_t first_row, uint32_t rows)
+static struct held_band *make_band(struct pool_job *job, uint64_t lease, const struct order *order)
 {
-    struct band *band = memory_array(1, sizeof *band);
-    band->job = use_job(job);
-    band->lease = lease;
-    band->first_row = first_row;
-    band->rows = rows;
-    band->tiles_across = (job->settings.width + TILE_WIDTH - 1) / TILE_WIDTH;
-    band->tiles = band->tiles_across * ((rows + TILE_ROWS - 1) / TILE_ROWS);
-    band->figures = memory_array(rows, sizeof *band->figures);
-    bytes_extend(&band->records, rows * record_bytes(job));
-    return band;
+    struct held_band *held = memory_array(1, sizeof *held);
+    held->job = use_job(job);
+    held->lease = lease;
+    band_init(&held->band, &job->settings, order);
+    return held;
 }
 
-bool pool_start(struct pool *pool, uint64_t lease, uint32_t number, uint32_t first_row, uint32_t rows)
+bool pool_start(struct pool *pool, uint64_t lease, uint32_t number, const struct order *order)
 {
     pthread_mutex_lock(&pool->mutex);
     struct pool_job *job = find_job(pool, number);
-    bool possible = job && job->loading == LOADING_DONE && job->loaded && rows > 0 &&
-                    first_row < job->settings.height && rows <= job->settings.height - first_row;
+    bool possible = job && job->loading == LOADING_DONE && job->loaded &&
+                    order_fits(order, job->settings.width, job->settings.height);
     if (possible) {
-        struct band **link = &pool->bands;
+        struct held_band **link = &pool->bands;
         while (*link)
             link = &(*link)->next;
-        *link = make_band(job, lease, first_row, rows);
+        *link = make_band(job, lease, order);
         pthread_cond_broadcast(&pool->work);
     }
     pthread_mutex_unlock(&pool->mutex);

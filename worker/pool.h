@@ -14,6 +14,7 @@
 #include "scene/assets.h"
 #include "trace/kernel.h"
 #include "trace/plan.h"
+#include "worker/order.h"
 
 struct pool;
 
@@ -23,7 +24,7 @@ struct pool_outcome {
     enum pool_outcome_kind kind;
     uint32_t job;       /* LOADED, LOAD_FAILED */
     uint64_t lease;     /* BAND */
-    struct bytes bytes; /* BAND: the rows' records (wire/rows.h); the receiver frees */
+    struct bytes bytes; /* BAND: what band_complete gave (band.h); the receiver frees */
     struct error error; /* LOAD_FAILED */
 };
 
@@ -42,13 +43,14 @@ bool pool_take(struct pool *pool, struct pool_outcome *outcome);
 /* Loads the scene called `name` from the set, which is moved into the pool (*assets becomes empty), and prepares it;
  * answered by LOADED or LOAD_FAILED. `job` must not be in the pool. */
 void pool_load(struct pool *pool, uint32_t job, const char *name, struct asset_set *assets,
-               const struct trace_settings *settings, enum pixel_format format);
+               const struct job_settings *settings);
 
 /* Forgets a job and its bands; no outcomes come of them beyond those that wait already. */
 void pool_forget(struct pool *pool, uint32_t job);
 
-/* Renders rows of a loaded job; answered by BAND. False if the job is not loaded or the rows are not in its picture. */
-bool pool_start(struct pool *pool, uint64_t lease, uint32_t job, uint32_t first_row, uint32_t rows);
+/* Renders or surveys rows of a loaded job; answered by BAND. False if the job is not loaded or the order does not fit
+ * it. */
+bool pool_start(struct pool *pool, uint64_t lease, uint32_t job, const struct order *order);
 
 /* Stops work on a band; no outcome comes of it unless it waits already. */
 void pool_cancel(struct pool *pool, uint64_t lease);

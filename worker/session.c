@@ -389,8 +389,8 @@ const char *session_assets(const struct session *s, uint32_t number, struct job_
 static void take_band(struct session *s, const struct message *message, int64_t now_ms)
 {
     const struct session_job *job = find_job(s, message->band.job);
-    bool fits = job && job->state == JOB_READY && message->band.first_row < job->settings.height &&
-                message->band.rows <= job->settings.height - message->band.first_row;
+    struct order order = order_of(message);
+    bool fits = job && job->state == JOB_READY && order_fits(&order, job->settings.width, job->settings.height);
     if (!fits || find_band(s, message->band.lease)) {
         break_off(s, "a band that is not of a ready job", now_ms);
         return;
@@ -400,8 +400,7 @@ static void take_band(struct session *s, const struct message *message, int64_t 
     struct session_action *action = act(s, SESSION_START);
     action->job = message->band.job;
     action->lease = message->band.lease;
-    action->first_row = message->band.first_row;
-    action->rows = message->band.rows;
+    action->order = order;
 }
 
 static void take_rendered(struct session *s, const struct session_event *event)

@@ -15,6 +15,7 @@
 #include "base/bytes.h"
 #include "scene/assets.h"
 #include "wire/message.h"
+#include "worker/order.h"
 
 /* Who the worker is: the fields of HELLO, and how it behaves. */
 struct session_config {
@@ -47,7 +48,7 @@ struct session_event {
 enum session_action_kind {
     SESSION_SEND,      /* bytes: a message */
     SESSION_LOAD,      /* job: its assets are complete (session_assets) */
-    SESSION_START,     /* render first_row.. of job for lease */
+    SESSION_START,     /* carry out order on job for lease */
     SESSION_CANCEL,    /* stop rendering for lease */
     SESSION_FORGET,    /* drop job and whatever is rendered for it */
     SESSION_RECONNECT, /* drop the connection and make a new one; what was sent on the old one may still leave */
@@ -60,7 +61,7 @@ struct session_action {
     struct bytes bytes; /* SEND; the receiver frees */
     uint32_t job;
     uint64_t lease;
-    uint32_t first_row, rows;
+    struct order order;
     int exit_status;
     char text[1100];
 };

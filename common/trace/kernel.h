@@ -9,6 +9,7 @@
 #include "trace/lighting.h"
 #include "trace/plan.h"
 #include "trace/ray.h"
+#include "trace/sample.h"
 #include "trace/surfaces.h"
 
 /* Where a shadow ray passes a surface that lets light through. */
@@ -36,6 +37,8 @@ size_t crossing_list_run(const struct crossing_list *list, size_t start, uint32_
 struct camera_rays {
     size_t count;
     uint32_t samples; /* a pixel */
+    uint32_t salt;              /* of these and the cells: see sample.h */
+    struct sample_cells cells;
     uint32_t *pixel_x, *pixel_y, *digits_x, *digits_y;
     double *x, *y;
 };

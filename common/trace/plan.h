@@ -19,7 +19,6 @@ struct bounds;
 /* What the caller chooses; the rest is in the scene. */
 struct trace_settings {
     uint32_t width, height; /* pixels, 1..IMAGE_SIDE_MAX */
-    uint32_t samples;       /* camera rays a pixel, 1..SCENE_SAMPLES_MAX */
     enum pixel_filter filter;
 };
 

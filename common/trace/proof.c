@@ -9,7 +9,7 @@
 #include "scene/load.h"
 #include "trace/tracer.h"
 
-enum { PROOF_SIDE = 12, PROOF_SAMPLES = 2 };
+enum { PROOF_SIDE = 12 };
 
 static const char proof_scene[] =
     "{\"camera\": {\"from\": [0.3, 1.7, 6.1], \"at\": [0, 0.9, 0], \"fov\": 47},"
@@ -54,16 +54,19 @@ struct digest proof_revision(void)
 
 static struct digest digest_picture(const struct plan *plan, const struct kernel *kernel)
 {
+    const struct sampling sampling = {.least = 1, .most = 16, .threshold = 70}; /* stops at each of its stages */
     struct bytes bits = {0};
     struct tracer *tracer = tracer_create(plan, kernel);
     for (uint32_t y = 0; y < PROOF_SIDE; y++) {
-        struct vec3 row[PROOF_SIDE];
+        struct pixel row[PROOF_SIDE];
         struct ray_counts counts = {0};
-        tracer_area(tracer, &(struct pixel_area){0, PROOF_SIDE, y, y + 1}, row, &counts);
+        tracer_area(tracer, &sampling, &(struct pixel_area){0, PROOF_SIDE, y, y + 1}, row, &counts);
         for (size_t x = 0; x < PROOF_SIDE; x++) {
-            bytes_put_f64(&bits, row[x].x);
-            bytes_put_f64(&bits, row[x].y);
-            bytes_put_f64(&bits, row[x].z);
+            bytes_put_f64(&bits, row[x].light.x);
+            bytes_put_f64(&bits, row[x].light.y);
+            bytes_put_f64(&bits, row[x].light.z);
+            bytes_put_f64(&bits, row[x].error);
+            bytes_put_u32(&bits, row[x].samples);
         }
     }
     tracer_destroy(&tracer);
@@ -84,7 +87,7 @@ struct digest proof_render(const struct kernel *kernel)
     enum status status = scene_load(&scene, "proof.json", &assets, &error);
     assert(status == STATUS_OK);
     (void)status;
-    const struct trace_settings settings = {PROOF_SIDE, PROOF_SIDE, PROOF_SAMPLES, FILTER_BOX};
+    const struct trace_settings settings = {PROOF_SIDE, PROOF_SIDE, FILTER_BOX};
     struct plan *plan = plan_create(&scene, &settings, 1);
     struct digest digest = digest_picture(plan, kernel);
     plan_destroy(&plan);

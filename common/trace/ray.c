@@ -106,6 +106,8 @@ void path_batch_finish(struct path_batch *b)
         for (int part = 0; part < 4; part++)
             free(b->footprint[part][axis]);
     }
+    free(b->shift[0]);
+    free(b->shift[1]);
     free(b->sample);
     free(b->medium);
     *b = (struct path_batch){0};
@@ -128,6 +130,8 @@ void path_batch_reserve(struct path_batch *b, size_t capacity)
         for (int part = 0; part < 4; part++)
             lanes_grow(&b->footprint[part][axis], b->rays.count, b->capacity);
     }
+    lanes_grow(&b->shift[0], b->rays.count, b->capacity);
+    lanes_grow(&b->shift[1], b->rays.count, b->capacity);
     b->sample = memory_resize(b->sample, b->capacity, sizeof *b->sample);
     b->medium = memory_resize(b->medium, b->capacity, sizeof *b->medium);
 }
@@ -142,6 +146,8 @@ void path_batch_push(struct path_batch *b, const struct path *path)
     lane_put(b->footprint[1], i, path->footprint.origin_y);
     lane_put(b->footprint[2], i, path->footprint.direction_x);
     lane_put(b->footprint[3], i, path->footprint.direction_y);
+    b->shift[0][i] = path->footprint.shift_x;
+    b->shift[1][i] = path->footprint.shift_y;
     b->sample[i] = path->sample;
     b->medium[i] = path->medium;
 }
@@ -154,6 +160,6 @@ struct path path_batch_get(const struct path_batch *b, size_t i)
         .sample = b->sample[i],
         .medium = b->medium[i],
         .footprint = {lane_get(b->footprint[0], i), lane_get(b->footprint[1], i), lane_get(b->footprint[2], i),
-                      lane_get(b->footprint[3], i)},
+                      lane_get(b->footprint[3], i), b->shift[0][i], b->shift[1][i]},
     };
 }

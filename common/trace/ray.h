@@ -92,6 +92,7 @@ static inline enum side hit_batch_side(const struct hit_batch *hits, size_t inde
 struct footprint {
     struct vec3 origin_x, origin_y;       /* of the origin, per share */
     struct vec3 direction_x, direction_y; /* of the direction, per share */
+    double shift_x, shift_y;              /* of the share's middle from the ray, in shares */
 };
 
 struct path {
@@ -109,7 +110,8 @@ struct path_batch {
     bool has_footprints; /* they are followed; else what `footprint` holds means nothing */
     size_t capacity;
     double *throughput[3];
-    double *footprint[4][3]; /* the members of struct footprint in turn */
+    double *footprint[4][3]; /* the vectors of struct footprint in turn */
+    double *shift[2];
     double *found[3];        /* the radiance that the path brings to its sample, once it is known */
     uint32_t *sample, *medium;
 };

@@ -15,5 +15,17 @@ struct sample_position sample_position(uint32_t x, uint32_t y, uint32_t index, u
 {
     if (count == 1)
         return (struct sample_position){0.5, 0.5};
-    return sample_around_pixel(x, y, sample_digits(index), filter);
+    struct sample_position shares = sample_shares(x, y, sample_digits(index), 0);
+    return (struct sample_position){sample_spread(shares.x, filter), sample_spread(shares.y, filter)};
+}
+
+struct sample_cells sample_cells(uint32_t first, uint32_t end)
+{
+    uint32_t count = end - first;
+    struct sample_cells cells = {1, 1};
+    if (count == 1 || (count & (count - 1)) || first % count)
+        return (struct sample_cells){0, 0};
+    while (cells.across * cells.down < count)
+        *(cells.across > cells.down ? &cells.down : &cells.across) *= 2;
+    return cells;
 }

@@ -21,6 +21,7 @@
 #include <stdint.h>
 
 #include "base/hash.h"
+#include "math/elementary.h"
 #include "scene/model.h"
 
 /* In pixels from the pixel's top left corner: 0 <= x < 1 by the box, −1/2 <= x < 3/2 by the tent. */
@@ -73,23 +74,46 @@ static inline double sample_spread(double u, enum pixel_filter filter)
     return filter == FILTER_TENT ? tent : u;
 }
 
-/* The sample whose digits these are, of several in pixel (x, y). */
-static inline struct sample_position sample_around_pixel(uint32_t x, uint32_t y, struct sample_digits digits,
-                                                         enum pixel_filter filter)
+/* The shares of a filter in one coordinate before a sample of pixel (x, y) whose digits these are, before spreading. Each
+ * `salt` (0: the usual one) gives samples of its own. */
+static inline struct sample_position sample_shares(uint32_t x, uint32_t y, struct sample_digits digits, uint32_t salt)
 {
-    uint32_t seed = hash_u32(x + hash_u32(y + 0x9e3779b9u));
-    double u = sample_coordinate(sample_scrambled(digits.x, seed));
-    double v = sample_coordinate(sample_scrambled(digits.y, hash_u32(seed)));
-    return (struct sample_position){sample_spread(u, filter), sample_spread(v, filter)};
+    uint32_t seed = hash_u32(x + hash_u32(y + 0x9e3779b9u + salt));
+    return (struct sample_position){sample_coordinate(sample_scrambled(digits.x, seed)),
+                                    sample_coordinate(sample_scrambled(digits.y, hash_u32(seed)))};
 }
 
-/* How wide each of `count` samples is, in pixels, for what is averaged over it: by 1/√count narrower than the box that
- * varies as much as the filter does. The box varies by 1/12, the tent by 1/6. With that width, samples so blurred vary
- * by the filter's variance times 1 + 1/count with either, and one sample alone, a pixel's centre, has the filter's. */
+/* --- what a sample stands for ----------------------------------------------------------------------------- */
+
+/* A share of the pixel's filter, in one coordinate. */
+struct sample_cell {
+    double middle, width; /* pixels; the middle from the pixel's edge */
+};
+
+/* Each 2^k samples from a multiple of 2^k on are a net: one lies in each of the cells that cut the filter into 2^a shares
+ * across and 2^b down, a + b = k. So if each sample stands for its cell, what is averaged over cells (a texture) is
+ * averaged over the filter without a gap or an overlap, wherever in their cells the samples lie. */
+static inline struct sample_cell sample_cell(double share, double cells, enum pixel_filter filter)
+{
+    double cell = math_floor(share * cells);
+    double low = sample_spread(cell / cells, filter), high = sample_spread((cell + 1) / cells, filter);
+    return (struct sample_cell){0.5 * (low + high), high - low};
+}
+
+/* How wide a sample is, in pixels, that stands for no cell: by 1/√count narrower than the box that varies as much as the
+ * filter does. The box varies by 1/12, the tent by 1/6. */
 static inline double sample_width(uint32_t count, enum pixel_filter filter)
 {
     return (filter == FILTER_TENT ? sqrt(2) : 1) / sqrt(count);
 }
+
+/* Cells across and down of a block of samples. */
+struct sample_cells {
+    uint32_t across, down;
+};
+
+/* Those of samples first .. end − 1; {0, 0} if these are not such a block, or but one sample. */
+struct sample_cells sample_cells(uint32_t first, uint32_t end);
 
 /* The index-th of `count` samples of pixel (x, y). */
 struct sample_position sample_position(uint32_t x, uint32_t y, uint32_t index, uint32_t count,

@@ -169,6 +169,7 @@ struct surface_footprint surface_footprint_at(const struct plan *plan, const str
     struct vec3 x = surface_transfer(d, hit->t, n, footprint->origin_x, footprint->direction_x);
     struct vec3 y = surface_transfer(d, hit->t, n, footprint->origin_y, footprint->direction_y);
     return (struct surface_footprint){
+        .middle = vec3_add_scaled(vec3_add_scaled(surface->position, x, footprint->shift_x), y, footprint->shift_y),
         .position_x = x,
         .position_y = y,
         .normal_x = normal_change(plan, hit, surface, x),
@@ -188,7 +189,9 @@ static void mesh_texture_point(const struct plan *plan, const struct hit *hit, c
     const double *a = &mesh->uv[2 * (size_t)corner[0]], *b = &mesh->uv[2 * (size_t)corner[1]];
     const double *c = &mesh->uv[2 * (size_t)corner[2]];
     struct corner_uv corners = {{a[0], b[0], c[0]}, {a[1], b[1], c[1]}};
-    struct texture_area weights = {surface->weights, mesh_weights_change(plan, hit->id, point->position_x),
+    struct vec3 shift = mesh_weights_change(plan, hit->id, vec3_sub(point->position, surface->position));
+    struct texture_area weights = {vec3_add(surface->weights, shift),
+                                   mesh_weights_change(plan, hit->id, point->position_x),
                                    mesh_weights_change(plan, hit->id, point->position_y)};
     point->mesh = map_mesh(&corners, &weights);
 }
@@ -218,6 +221,7 @@ struct vec3 surface_color(const struct plan *plan, const struct hit *hit, const 
         .box_face = primitive->kind == PRIMITIVE_BOX ? (int8_t)hit->part : -1,
     };
     if (spread) {
+        point.position = spread->middle;
         point.position_x = spread->position_x;
         point.position_y = spread->position_y;
     }

@@ -24,9 +24,10 @@ struct surface {
     struct vec3 weights;        /* on triangles: of the mesh's corners in the mesh's order */
 };
 
-/* How the surface changes over the footprint: its edges on the surface, and the change of the shading normal
- * along them. */
+/* What a sample stands for on the surface (or its tangent plane there): its middle and edges, and the change of the
+ * shading normal along the edges. */
 struct surface_footprint {
+    struct vec3 middle;
     struct vec3 position_x, position_y;
     struct vec3 normal_x, normal_y;
 };

@@ -119,7 +119,7 @@ struct surface surfaces_get(const struct surfaces *s, size_t at)
 
 struct surface_footprint surfaces_spread(const struct surfaces *s, size_t at)
 {
-    return (struct surface_footprint){lane_get(s->lanes.spread[0], at), lane_get(s->lanes.spread[1], at),
+    return (struct surface_footprint){lane_get(s->lanes.middle, at), lane_get(s->lanes.spread[0], at), lane_get(s->lanes.spread[1], at),
                                       lane_get(s->lanes.spread[2], at), lane_get(s->lanes.spread[3], at)};
 }
 

@@ -59,23 +59,77 @@ static inline double row_wave_mean(const struct texture_row *row, const struct t
     return square_wave_mean(row_value(row, area->middle), row_width(row, area));
 }
 
+/* A footprint is cut into STRIPS across its longer edge. Within one, widths along both edges are added up, and rows are
+ * taken to be independent of one another; over the whole of a long one neither would do (RMSE of a floor up to the
+ * horizon by 16 samples: 0.0040 without, 0.0029 with 4 strips, and no better with more). */
+enum { STRIPS = 4 };
+
+struct strips {
+    struct texture_area first;
+    struct vec3 step; /* from one to the next */
+};
+
+/* How far all rows together range along an edge. */
+static inline double rows_range(const struct texture_row row[3], struct vec3 edge)
+{
+    return fabs(vec3_dot(row[0].gradient, edge)) + fabs(vec3_dot(row[1].gradient, edge)) +
+           fabs(vec3_dot(row[2].gradient, edge));
+}
+
+static inline struct strips strips_of(const struct texture_row row[3], const struct texture_area *area)
+{
+    double cut_x = rows_range(row, area->x) > rows_range(row, area->y) ? 1 : 0;
+    double share_x = cut_x != 0 ? 1.0 / STRIPS : 1, share_y = cut_x != 0 ? 1 : 1.0 / STRIPS;
+    struct vec3 x = vec3_scale(area->x, share_x), y = vec3_scale(area->y, share_y);
+    struct vec3 step = vec3_make(cut_x != 0 ? x.x : y.x, cut_x != 0 ? x.y : y.y, cut_x != 0 ? x.z : y.z);
+    return (struct strips){{vec3_add_scaled(area->middle, step, -0.5 * (STRIPS - 1)), x, y}, step};
+}
+
+static inline struct texture_area strip_at(const struct strips *strips, double index)
+{
+    struct texture_area area = strips->first;
+    area.middle = vec3_add_scaled(area.middle, strips->step, index);
+    return area;
+}
+
+static inline double stripes_wave(const struct texture_row row[3], const struct strips *strips, double index)
+{
+    struct texture_area area = strip_at(strips, index);
+    return row_wave_mean(&row[0], &area);
+}
+
 static inline double stripes_share(const struct plan_texture *texture, const struct texture_area *area)
 {
-    return (1 - row_wave_mean(&texture->row[0], area)) / 2;
+    const struct texture_row *row = texture->row;
+    struct strips strips = strips_of(row, area);
+    double sum = stripes_wave(row, &strips, 0) + stripes_wave(row, &strips, 1) + stripes_wave(row, &strips, 2) +
+                 stripes_wave(row, &strips, 3);
+    return (1 - sum / STRIPS) / 2;
 }
 
 /* The parity of a cell is the product of its coordinates' square waves. A coordinate that is constant over a flat
  * surface (flat_axis 0, 1 or 2; none: −1) is left out: there, rounding alone would decide its parity. */
-static inline double checker_share(const struct plan_texture *texture, const struct texture_area *area,
-                                   double flat_axis)
+static inline double checker_wave(const struct texture_row row[3], double flat_axis, const struct strips *strips,
+                                  double index)
 {
-    double x = row_wave_mean(&texture->row[0], area);
-    double y = row_wave_mean(&texture->row[1], area);
-    double z = row_wave_mean(&texture->row[2], area);
+    struct texture_area area = strip_at(strips, index);
+    double x = row_wave_mean(&row[0], &area);
+    double y = row_wave_mean(&row[1], &area);
+    double z = row_wave_mean(&row[2], &area);
     x = flat_axis == 0 ? 1 : x;
     y = flat_axis == 1 ? 1 : y;
     z = flat_axis == 2 ? 1 : z;
-    return (1 - x * y * z) / 2;
+    return x * y * z;
+}
+
+static inline double checker_share(const struct plan_texture *texture, const struct texture_area *area,
+                                   double flat_axis)
+{
+    const struct texture_row *row = texture->row;
+    struct strips strips = strips_of(row, area);
+    double sum = checker_wave(row, flat_axis, &strips, 0) + checker_wave(row, flat_axis, &strips, 1) +
+                 checker_wave(row, flat_axis, &strips, 2) + checker_wave(row, flat_axis, &strips, 3);
+    return (1 - sum / STRIPS) / 2;
 }
 
 static inline double gradient_share(const struct plan_texture *texture, const struct texture_area *area)

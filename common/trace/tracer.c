@@ -4,34 +4,14 @@
  * ones before transmitted ones, and each in the order of their parents. That order is the ray tree's own, so no grouping
  * of rays can change the sum.
  */
-#include "trace/tracer.h"
+#include "trace/tracer_private.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
-#include "trace/generation.h"
-#include "trace/sample.h"
 #include "trace/texture.h"
-
-enum { CAMERA_RAYS_MAX = 1024 }; /* a batch */
-
-struct tracer {
-    struct generation generation;
-    struct lighting lighting;
-    struct shadow_batch shadows;
-    struct crossing_list crossings;
-    struct sample_digits *digits; /* of each sample of a pixel */
-    bool follows_footprints;      /* the next batch begins with them */
-    /* Of each camera ray. */
-    struct vec3 radiance[CAMERA_RAYS_MAX]; /* what has come of it */
-    uint32_t secondary[CAMERA_RAYS_MAX], shadow[CAMERA_RAYS_MAX]; /* rays that it led to */
-    _Alignas(64) double x[CAMERA_RAYS_MAX];
-    double y[CAMERA_RAYS_MAX];
-    uint32_t pixel_x[CAMERA_RAYS_MAX], pixel_y[CAMERA_RAYS_MAX];
-    uint32_t digits_x[CAMERA_RAYS_MAX], digits_y[CAMERA_RAYS_MAX];
-};
 
 struct tracer *tracer_create(const struct plan *plan, const struct kernel *kernel)
 {
@@ -39,9 +19,6 @@ struct tracer *tracer_create(const struct plan *plan, const struct kernel *kerne
     memset(tracer, 0, sizeof *tracer);
     tracer->generation.plan = plan;
     tracer->generation.kernel = kernel;
-    tracer->digits = memory_array(plan->settings.samples, sizeof *tracer->digits);
-    for (uint32_t i = 0; i < plan->settings.samples; i++)
-        tracer->digits[i] = sample_digits(i);
     return tracer;
 }
 
@@ -55,17 +32,31 @@ void tracer_destroy(struct tracer **pointer)
     shadow_batch_finish(&tracer->shadows);
     crossing_list_finish(&tracer->crossings);
     free(tracer->digits);
+    free(tracer->work);
+    free(tracer->list);
+    free(tracer->range);
+    free(tracer->low);
+    free(tracer->high);
     free(tracer);
     *pointer = NULL;
 }
 
-/* --- camera rays ------------------------------------------------------------------------------------------ */
+void tracer_set_grid(struct tracer *tracer, const struct pixel_grid *grid)
+{
+    size_t pixels = (size_t)grid->columns * grid->rows;
+    tracer->grid = *grid;
+    if (pixels > tracer->grid_capacity) {
+        tracer->grid_capacity = pixels;
+        tracer->work = memory_resize(tracer->work, pixels, sizeof *tracer->work);
+        tracer->list = memory_resize(tracer->list, pixels, sizeof *tracer->list);
+        tracer->range = memory_resize(tracer->range, pixels, sizeof *tracer->range);
+        tracer->low = memory_resize(tracer->low, pixels, sizeof *tracer->low);
+        tracer->high = memory_resize(tracer->high, pixels, sizeof *tracer->high);
+    }
+    memset(tracer->work, 0, pixels * sizeof *tracer->work);
+}
 
-/* The next camera ray of an area. They are numbered pixel by pixel, down each column: so rays in a row stay near one
- * another in both directions. */
-struct cursor {
-    uint32_t x, row, sample;
-};
+/* --- camera rays ------------------------------------------------------------------------------------------ */
 
 static uint32_t camera_medium(struct generation *g)
 {
@@ -76,40 +67,34 @@ static uint32_t camera_medium(struct generation *g)
     return medium;
 }
 
-/* Camera rays first .. first + count − 1 of the batch are the cursor's pixel's next samples. */
-static void number_pixel(struct tracer *tracer, const struct pixel_area *area, const struct cursor *at, size_t first,
-                         size_t count)
+/* So that samples 0 .. count − 1 have their digits. */
+static void need_digits(struct tracer *tracer, uint32_t count)
 {
-    const struct sample_digits *digits = tracer->digits + at->sample;
+    size_t known = tracer->digit_capacity;
+    tracer->digits = memory_grow(tracer->digits, &tracer->digit_capacity, count, sizeof *tracer->digits);
+    for (size_t i = known; i < tracer->digit_capacity; i++)
+        tracer->digits[i] = sample_digits((uint32_t)i);
+}
+
+/* Camera rays first .. first + count − 1 of the batch are samples sample .. of that pixel. */
+static void number_pixel(struct tracer *tracer, uint32_t pixel, uint32_t sample, size_t first, size_t count)
+{
+    const struct sample_digits *digits = tracer->digits + sample;
+    uint32_t column = pixel / tracer->grid.rows, row = pixel % tracer->grid.rows;
     for (size_t i = 0; i < count; i++) {
-        tracer->pixel_x[first + i] = at->x;
-        tracer->pixel_y[first + i] = area->y0 + at->row;
+        tracer->pixel[first + i] = pixel;
+        tracer->pixel_x[first + i] = tracer->grid.x + column;
+        tracer->pixel_y[first + i] = tracer->grid.y + row;
         tracer->digits_x[first + i] = digits[i].x;
         tracer->digits_y[first + i] = digits[i].y;
     }
 }
 
-/* Takes `count` camera rays from the cursor on, and moves it behind them. */
-static void number_rays(struct tracer *tracer, const struct pixel_area *area, struct cursor *at, size_t count)
-{
-    uint32_t samples = tracer->generation.plan->settings.samples, rows = area->y1 - area->y0;
-    for (size_t i = 0, taken; i < count; i += taken) {
-        taken = samples - at->sample < count - i ? samples - at->sample : count - i;
-        number_pixel(tracer, area, at, i, taken);
-        at->sample += (uint32_t)taken;
-        if (at->sample < samples)
-            break;
-        at->sample = 0;
-        at->row = at->row + 1 < rows ? at->row + 1 : 0;
-        at->x += at->row == 0;
-    }
-}
-
 /* The paths of the camera rays that have been numbered. */
-static void start_paths(struct tracer *tracer, size_t count)
+static void start_paths(struct tracer *tracer, size_t count, uint32_t first, uint32_t end)
 {
     struct generation *g = &tracer->generation;
-    struct camera_rays rays = {count, g->plan->settings.samples,
+    struct camera_rays rays = {count, end, tracer->salt, sample_cells(first, end),
                                tracer->pixel_x, tracer->pixel_y, tracer->digits_x, tracer->digits_y,
                                tracer->x, tracer->y};
     uint32_t medium = camera_medium(g);
@@ -163,8 +148,10 @@ static void look_around(const struct generation *g)
     for (size_t i = 0; i < paths->rays.count; i++) {
         if (g->surfaces.of_path[i] != SURFACE_NONE)
             continue;
-        struct vec3 color = texture_surroundings(image, lane_get(paths->rays.direction, i),
-                                                 lane_get(paths->footprint[2], i), lane_get(paths->footprint[3], i));
+        struct vec3 x = lane_get(paths->footprint[2], i), y = lane_get(paths->footprint[3], i);
+        struct vec3 middle = lane_get(paths->rays.direction, i);
+        middle = vec3_add_scaled(vec3_add_scaled(middle, x, paths->shift[0][i]), y, paths->shift[1][i]);
+        struct vec3 color = texture_surroundings(image, middle, x, y);
         lane_put(paths->found, i, vec3_mul(lane_get(paths->throughput, i), color));
     }
 }
@@ -215,61 +202,80 @@ static bool trace(struct tracer *tracer, bool *used)
 
 /* Footprints are followed only where textures are met, and then from the camera on: a batch that meets one without them
  * begins again, and the next ones begin with them for as long as textures are met. */
-static void trace_batch(struct tracer *tracer, size_t count)
+static void trace_batch(struct tracer *tracer, size_t count, uint32_t first, uint32_t end)
 {
     bool used;
-    start_paths(tracer, count);
+    start_paths(tracer, count, first, end);
     if (!trace(tracer, &used)) {
         tracer->follows_footprints = true;
-        start_paths(tracer, count);
+        start_paths(tracer, count, first, end);
         trace(tracer, &used);
     }
     tracer->follows_footprints = used;
 }
 
+/* --- pixels ----------------------------------------------------------------------------------------------- */
+
 /* How many of the batch's camera rays from `first` on, of `count`, are of the same pixel. */
 static size_t pixel_run(const struct tracer *tracer, size_t first, size_t count)
 {
-    uint32_t x = tracer->pixel_x[first], y = tracer->pixel_y[first];
     size_t end = first + 1;
-    while (end < count && tracer->pixel_x[end] == x && tracer->pixel_y[end] == y)
+    while (end < count && tracer->pixel[end] == tracer->pixel[first])
         end++;
     return end - first;
 }
 
-/* Adds the batch's first `count` samples, and the rays that they took, to the pixels and rows of the area. */
-static void add_samples(const struct tracer *tracer, const struct pixel_area *area, size_t count, struct vec3 *pixels,
-                        struct ray_counts *counts)
+static void add_roots(struct pixel_sums *sums, struct vec3 light)
 {
-    size_t width = area->x1 - area->x0;
-    for (size_t first = 0, run; first < count; first += run) {
-        size_t row = tracer->pixel_y[first] - area->y0, pixel = tracer->pixel_x[first] - area->x0 + row * width;
-        struct vec3 sum = pixels[pixel];
-        run = pixel_run(tracer, first, count);
-        counts[row].camera += run;
-        for (size_t i = first; i < first + run; i++) {
-            sum = vec3_add(sum, tracer->radiance[i]);
-            counts[row].secondary += tracer->secondary[i];
-            counts[row].shadow += tracer->shadow[i];
+    struct vec3 roots = sampling_roots(light);
+    sums->roots = vec3_add(sums->roots, roots);
+    sums->squares = vec3_add(sums->squares, vec3_mul(roots, roots));
+}
+
+/* Camera rays first .. end − 1 of the batch, which are one pixel's next. */
+static void add_run(struct tracer *tracer, size_t first, size_t end, uint32_t half, bool roots)
+{
+    struct pixel_work work = tracer->work[tracer->pixel[first]];
+    for (size_t i = first; i < end; i++) {
+        if (work.samples++ == half) {
+            work.sums.half = work.sums.light;
+            work.sums.half_roots = work.sums.roots;
         }
-        pixels[pixel] = sum;
+        work.sums.light = vec3_add(work.sums.light, tracer->radiance[i]);
+        if (roots)
+            add_roots(&work.sums, tracer->radiance[i]);
+        work.secondary += tracer->secondary[i];
+        work.shadow += tracer->shadow[i];
+    }
+    work.camera += (uint32_t)(end - first);
+    tracer->work[tracer->pixel[first]] = work;
+}
+
+static void add_samples(struct tracer *tracer, size_t count, uint32_t half, bool roots)
+{
+    for (size_t first = 0, run; first < count; first += run) {
+        run = pixel_run(tracer, first, count);
+        add_run(tracer, first, first + run, half, roots);
     }
 }
 
-void tracer_area(struct tracer *tracer, const struct pixel_area *area, struct vec3 *pixels, struct ray_counts *counts)
+void tracer_sample(struct tracer *tracer, const uint32_t *list, size_t count, uint32_t first, uint32_t end, bool roots)
 {
-    uint32_t samples = tracer->generation.plan->settings.samples;
-    size_t rows = area->y1 - area->y0, width = area->x1 - area->x0;
-    uint64_t total = (uint64_t)width * rows * samples;
-    struct cursor next = {.x = area->x0};
-    for (size_t i = 0; i < width * rows; i++)
-        pixels[i] = vec3_make(0, 0, 0);
-    for (uint64_t first = 0; first < total; first += CAMERA_RAYS_MAX) {
-        size_t count = total - first < CAMERA_RAYS_MAX ? (size_t)(total - first) : CAMERA_RAYS_MAX;
-        number_rays(tracer, area, &next, count);
-        trace_batch(tracer, count);
-        add_samples(tracer, area, count, pixels, counts);
+    uint32_t next = first; /* sample of pixel list[at] */
+    need_digits(tracer, end);
+    for (size_t at = 0; at < count;) {
+        size_t rays = 0;
+        while (at < count && rays < CAMERA_RAYS_MAX) {
+            size_t room = CAMERA_RAYS_MAX - rays, taken = end - next < room ? end - next : room;
+            number_pixel(tracer, list[at], next, rays, taken);
+            rays += taken;
+            next += (uint32_t)taken;
+            if (next == end) {
+                next = first;
+                at++;
+            }
+        }
+        trace_batch(tracer, rays, first, end);
+        add_samples(tracer, rays, end / 2, roots);
     }
-    for (size_t i = 0; i < width * rows; i++)
-        pixels[i] = vec3_make(pixels[i].x / samples, pixels[i].y / samples, pixels[i].z / samples);
 }

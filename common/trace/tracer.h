@@ -9,6 +9,7 @@
 #include "base/hash.h"
 #include "trace/kernel.h"
 #include "trace/plan.h"
+#include "trace/sampling.h"
 
 /* Rays traced. */
 struct ray_counts {
@@ -28,8 +29,36 @@ struct pixel_area {
     uint32_t x0, x1, y0, y1;
 };
 
-/* Renders an area of the image, which must not be empty, into pixels[(y1 − y0) (x1 − x0)] (mean linear radiance, not
- * clamped; row by row) and adds each row's rays to counts[y1 − y0]. A pixel depends on nothing but plan and place. */
-void tracer_area(struct tracer *tracer, const struct pixel_area *area, struct vec3 *pixels, struct ray_counts *counts);
+/* What became of one pixel. */
+struct pixel {
+    struct vec3 light; /* mean linear radiance, not clamped */
+    double error;      /* its estimated squared error as it is shown: see sampling.h */
+    uint32_t samples;
+};
+
+/* Squared errors are summed as whole multiples of this. */
+#define PIXEL_ERROR_UNIT 0x1p-44
+
+/* Renders an area of the image, which must not be empty, into pixels[(y1 − y0) (x1 − x0)], row by row, and adds each
+ * row's rays to counts[y1 − y0]. A pixel depends on nothing but plan, sampling and place. (Rays that only look at the
+ * neighbours of the area are not counted: so the counts do not depend on how an image is cut into areas.) */
+void tracer_area(struct tracer *tracer, const struct sampling *sampling, const struct pixel_area *area,
+                 struct pixel *pixels, struct ray_counts *counts);
+
+/* What a pixel came to, stage by stage. */
+struct pixel_history {
+    uint32_t stages; /* that it went through, from stage 0 on; at least 2 */
+    struct vec3 reference;  /* mean of as many samples as the last stage's, but other ones */
+    double reference_error; /* estimated */
+    struct {
+        struct vec3 light; /* mean */
+        double error;      /* estimated */
+        uint32_t measure;
+    } stage[SAMPLING_STAGES];
+};
+
+/* As tracer_area, with an adaptive sampling whose least is 1, but every pixel goes through stage 1. `counts` is one sum. */
+void tracer_histories(struct tracer *tracer, const struct sampling *sampling, const struct pixel_area *area,
+                      struct pixel_history *histories, struct ray_counts *counts);
 
 #endif

@@ -190,9 +190,9 @@ static void put_job(const struct message *message, struct bytes *out)
     bytes_put_u64(out, message->job.manifest_bytes);
     bytes_put_u32(out, message->job.settings.width);
     bytes_put_u32(out, message->job.settings.height);
-    bytes_put_u32(out, message->job.settings.samples);
     bytes_put_u8(out, message->job.settings.filter);
     bytes_put_u8(out, message->job.settings.pixel_format);
+    bytes_put_u8(out, message->job.settings.maps);
 }
 
 static void get_job(struct message *message, struct decoder *in)
@@ -202,9 +202,9 @@ static void get_job(struct message *message, struct decoder *in)
     message->job.manifest_bytes = require(in, "manifest_bytes", get_u64(in), 1, MANIFEST_BYTES_MAX);
     message->job.settings.width = get_u32_within(in, "width", 1, MESSAGE_SIDE_MAX);
     message->job.settings.height = get_u32_within(in, "height", 1, MESSAGE_SIDE_MAX);
-    message->job.settings.samples = get_u32_within(in, "samples", 1, MESSAGE_SAMPLES_MAX);
     message->job.settings.filter = get_choice(in, "filter", MESSAGE_FILTERS);
     message->job.settings.pixel_format = get_choice(in, "pixel_format", MESSAGE_PIXEL_FORMATS);
+    message->job.settings.maps = get_choice(in, "maps", 2);
 }
 
 static void put_asset(const struct message *message, struct bytes *out)
@@ -226,15 +226,22 @@ static void put_band(const struct message *message, struct bytes *out)
     bytes_put_u32(out, message->band.pass);
     bytes_put_u32(out, message->band.first_row);
     bytes_put_u32(out, message->band.rows);
+    bytes_put_u32(out, message->band.sampling.least);
+    bytes_put_u32(out, message->band.sampling.most);
+    bytes_put_u32(out, message->band.sampling.threshold);
 }
 
 static void get_band(struct message *message, struct decoder *in)
 {
     message->band.job = get_u32(in);
     message->band.lease = get_u64(in);
-    message->band.pass = get_u32(in);
+    message->band.pass = get_u32_within(in, "pass", 0, PASSES - 1);
     message->band.first_row = get_u32_within(in, "first_row", 0, MESSAGE_SIDE_MAX - 1);
     message->band.rows = get_u32_within(in, "rows", 1, MESSAGE_SIDE_MAX - message->band.first_row);
+    struct band_sampling *sampling = &message->band.sampling;
+    sampling->least = get_u32_within(in, "least", 1, MESSAGE_SAMPLES_MAX);
+    sampling->most = get_u32_within(in, "most", sampling->least, MESSAGE_SAMPLES_MAX);
+    sampling->threshold = get_u32_within(in, "threshold", 0, MESSAGE_THRESHOLD_MAX);
 }
 
 static void put_ack(const struct message *message, struct bytes *out)

@@ -33,6 +33,7 @@ enum {
     MESSAGE_THREADS_MAX = 65535,
     MESSAGE_SIDE_MAX = 65535,                 /* pixels; width, height and rows of a band */
     MESSAGE_SAMPLES_MAX = 65536,              /* a pixel */
+    MESSAGE_THRESHOLD_MAX = 255,
     MESSAGE_FILTERS = 2,                      /* as enum pixel_filter */
     MESSAGE_PIXEL_FORMATS = 3,                /* as enum pixel_format */
 };
@@ -63,9 +64,19 @@ enum message_kind {
 /* What a worker needs to know about a job besides the scene. */
 struct job_settings {
     uint32_t width, height; /* pixels, 1..MESSAGE_SIDE_MAX */
-    uint32_t samples;       /* a pixel, 1..MESSAGE_SAMPLES_MAX */
     uint8_t filter;         /* enum pixel_filter */
     uint8_t pixel_format;   /* enum pixel_format */
+    uint8_t maps;           /* 0 or 1: whether row records have maps (rows.h) */
+};
+
+/* What a band is rendered for. The rows of a survey are rows of cells of the picture's survey grid, and its result is
+ * one survey of them all; those of a render are the picture's, and its result is their records (rows.h). */
+enum render_pass { PASS_SURVEY, PASS_RENDER, PASSES };
+
+/* How many samples a pixel of a band gets: as struct sampling of the tracing core. */
+struct band_sampling {
+    uint32_t least, most; /* 1 <= least <= most <= MESSAGE_SAMPLES_MAX */
+    uint32_t threshold;   /* 0..MESSAGE_THRESHOLD_MAX */
 };
 
 struct message {
@@ -110,13 +121,14 @@ struct message {
         struct {
             uint32_t job;
             uint64_t lease;
-            uint32_t pass;
+            uint32_t pass;            /* enum render_pass */
             uint32_t first_row, rows; /* rows >= 1, first_row + rows <= MESSAGE_SIDE_MAX */
+            struct band_sampling sampling;
         } band;
         struct {
             uint32_t job;
             uint64_t lease;
-            uint64_t offset, total; /* bytes within the band's row records (rows.h) */
+            uint64_t offset, total; /* bytes within the band's result */
             const uint8_t *data;    /* borrowed; size <= MESSAGE_CHUNK_MAX, offset + size <= total */
             uint32_t size;
         } result;

@@ -132,7 +132,8 @@ static double render_tiles(const struct plan *plan)
 {
     enum { TILE_WIDTH = 64, TILE_HEIGHT = 4 };
     struct tracer *tracer = tracer_create(plan, &kernel_timed);
-    struct vec3 *pixels = memory_array(TILE_WIDTH * TILE_HEIGHT, sizeof *pixels);
+    const struct sampling sampling = {SAMPLES, SAMPLES, 0};
+    struct pixel *pixels = memory_array(TILE_WIDTH * TILE_HEIGHT, sizeof *pixels);
     struct ray_counts rows[TILE_HEIGHT] = {{0}};
     uint32_t width = plan->settings.width, height = plan->settings.height;
     double start = now();
@@ -140,7 +141,7 @@ static double render_tiles(const struct plan *plan)
         for (uint32_t x = 0; x < width; x += TILE_WIDTH) {
             struct pixel_area area = {x, x + TILE_WIDTH < width ? x + TILE_WIDTH : width,
                                       y, y + TILE_HEIGHT < height ? y + TILE_HEIGHT : height};
-            tracer_area(tracer, &area, pixels, rows);
+            tracer_area(tracer, &sampling, &area, pixels, rows);
         }
     double seconds = now() - start;
     free(pixels);

@@ -17,7 +17,7 @@ repeats() {
 }
 
 # --- 8 bits ---------------------------------------------------------------------------------------------------
-size=(--size 121x68)
+size=(--size 121x68 --samples 4)
 for scene in first showcase; do
     picture "$scene.png" "$scene" "${size[@]}" --workers 1 --threads 1
     is "$scene: rendered by one thread" "$status" 0

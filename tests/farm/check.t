@@ -20,6 +20,7 @@ EOF
 exits 0 "a small scene" "$weft" check "$tmp/small.json"
 is "all that is said of it" "$(grep -v -e '^kernel:' -e '^files:' <<<"$out")" "$tmp/small.json: good
 image: 640×360
+sampling: until the error is 0.005
 objects: 2, of 2 primitives
 lights: 1
 depth: 8
@@ -46,6 +47,7 @@ sed '1s/{/{"image": {"filter": "tent"},/' "$tmp/small.json" >"$tmp/tent.json"
 exits 0 "a scene with a tent" "$weft" check "$tmp/tent.json"
 like "has its filter told" "$out" '^filter: tent$'
 exits 0 "the showcase" "$weft" check "$scenes/showcase.json"
+like "asks for samples" "$out" '^sampling: 4 samples a pixel$'
 like "has a tree, with the floor beside it" "$out" '^  search: a tree of [0-9]+ nodes? \([0-9]+ bytes\), and 1 beside it'
 like "has images" "$out" '^  images: 4 \(46137336 bytes'
 like "and footprints" "$out" '^  texture footprints: what'

@@ -27,7 +27,7 @@ head -n 1 "$tmp/all.json" >"$tmp/first.json"
 holds "every line is a JSON object with the promised members" "$tmp/all.json" \
     'join(" ", sort keys %$_) eq "elapsed jobs rays rays_per_second workers"'
 holds "with one job" "$tmp/all.json" '@{$_->{jobs}} == 1 and join(" ", sort keys %{$_->{jobs}[0]}) eq
-    "elapsed height output rays remaining rows_done rows_in_work samples scene state width"'
+    "elapsed error height output rays remaining rmse rows_done rows_in_work samples samples_max scene state width"'
 holds "whose scene and output are named" "$tmp/all.json" "\$_->{jobs}[0]{scene} eq '${slow[0]}' and
     \$_->{jobs}[0]{output} eq '$picture' and \$_->{jobs}[0]{width} == 160 and \$_->{jobs}[0]{height} == $slow_rows"
 holds "whose rows are those of the picture" "$tmp/all.json" \
@@ -39,13 +39,27 @@ holds "nothing goes backwards" "$tmp/all.json" 'my $j = $_->{jobs}[0]; my $back 
 holds "the first line is early" "$tmp/first.json" "\$_->{jobs}[0]{rows_done} < $slow_rows and \$_->{jobs}[0]{state} ne 'done'"
 holds "the last one says that all is done" "$tmp/last.json" "my \$j = \$_->{jobs}[0]; \$j->{state} eq 'done' and
     \$j->{rows_done} == $slow_rows and \$j->{rows_in_work} == 0 and \$j->{remaining} == 0 and \$j->{rays} > 0"
+holds "how good it is" "$tmp/last.json" 'my $j = $_->{jobs}[0]; $j->{rmse} > 0 and $j->{rmse} < 0.02 and
+    $j->{samples} == $j->{samples_max} and !defined $j->{error}'
 holds "and who did it" "$tmp/last.json" 'my $rows = 0; $rows += $_->{rows_done} for @{$_->{workers}};
     @{$_->{workers}} == 2 and $rows >= $_->{jobs}[0]{height}'
 ok "there are some lines between" [ "$(wc -l <"$tmp/all.json")" -ge 4 ]
 
+exits 0 "a render that is to meet an error" \
+    "$weft" render "$scenes/glass.json" --size 96x54 --error 0.01 --progress json --workers 2 -o "$picture"
+cp "$tmp/run.out" "$tmp/error.json"
+tail -n 1 "$tmp/error.json" >"$tmp/last.json"
+holds "says on every line which, and what pixels may take" "$tmp/error.json" \
+    '$_->{jobs}[0]{error} == 0.01 and $_->{jobs}[0]{samples_max} == 1024'
+holds "begins with its survey" "$tmp/error.json" \
+    'my $state = $_->{jobs}[0]{state}; $main::seen .= $main::last ne $state && ($main::last = $state) . " ";
+    $main::seen =~ /^(waiting )?(surveying )?(running )?(done )?$/'
+holds "and says in the end what it took" "$tmp/last.json" 'my $j = $_->{jobs}[0]; $j->{state} eq "done" and
+    $j->{rmse} > 0.001 and $j->{rmse} <= 0.01 and $j->{samples} > 1 and $j->{samples} < 16'
+
 odd=$tmp/$'odd "name"\\\t\xff é.json'
 cp "$scenes/first.json" "$odd"
-exits 0 "a scene with an odd name" "$weft" render "$odd" --size 20x10 --progress json -o "$picture"
+exits 0 "a scene with an odd name" "$weft" render "$odd" --size 20x10 --samples 1 --progress json -o "$picture"
 cp "$tmp/run.out" "$tmp/odd.json"
 holds "is JSON still, a byte that is not UTF-8 replaced" "$tmp/odd.json" \
     '$_->{jobs}[0]{scene} =~ m{/odd "name"\\\t\x{FFFD} \x{E9}\.json$}'

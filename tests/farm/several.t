@@ -57,7 +57,7 @@ start series \
     "$weft" render "$scenes/first.json" "${slow[@]}" --samples 800 --progress json -o "$tmp/series"
 wait_until "[ -e '$tmp/series/first.png' ]" 30
 kill -TERM "$pid"
-ends 143 "a series that is ended" "$pid" 2 series
+ends 143 "a series that is ended" "$pid" 10 series
 is "leaves the pictures that were complete" "$(ls -A "$tmp/series")" first.png
 
 finish

@@ -34,6 +34,14 @@ for option in samples:65536 threads:4096 band:65535; do
             "$weft" render "--${option%:*}" "$number" "$first"
     done
 done
+for number in 3 0 -4 65537 16.5 many ''; do
+    wrong "--max-samples: expected a whole number from 4 to 65536, found \"$number\"" "$weft" render --max-samples "$number" "$first"
+done
+for number in 0 0.0004 0.51 -0.01 nan inf 0x1 much ''; do
+    wrong "--error: expected a number from 0.0005 to 0.5, found \"$number\"" "$weft" render --error "$number" "$first"
+done
+wrong '--samples and --error: expected one of them' "$weft" render --samples 4 --error 0.01 "$first"
+wrong '--samples and --max-samples: expected one of them' "$weft" render --max-samples 64 --samples 4 "$first"
 wrong '--workers: expected a whole number from 0 to 1024' "$weft" render --workers -1 "$first"
 wrong '--workers: expected a whole number from 0 to 1024' "$weft" render -w 1025 "$first"
 wrong '--workers 0 needs --listen' "$weft" render --workers 0 "$first"
@@ -77,7 +85,7 @@ for endpoint in tcp://0.0.0.0:7420 'tcp://*:7420' '*' 0.0.0.0:7420 192.0.2.1 'tc
     wrong '--listen: .*can be reached from other machines' "$weft" render --listen "$endpoint" "$first"
 done
 exits 0 "with --insecure every interface may be listened on" \
-    "$weft" render --listen 'tcp://0.0.0.0:*' --insecure --size 8x8 "$first" -o any.png
+    "$weft" render --listen 'tcp://0.0.0.0:*' --insecure --size 8x8 --samples 1 "$first" -o any.png
 like "which is told" "$err" 'listening on tcp://0\.0\.0\.0:[0-9]+'
 
 start busy "$weft" render --workers 0 --listen 'tcp://127.0.0.1:*' "$first" -o busy.png

@@ -166,16 +166,20 @@ static struct digest digest_function(const struct function *f)
 
 /* --- scenes ----------------------------------------------------------------------------------------------- */
 
-static struct digest digest_picture(const struct plan *plan, const struct kernel *kernel)
+static struct digest digest_picture(const struct plan *plan, const struct kernel *kernel,
+                                    const struct sampling *sampling)
 {
     struct bytes bits = {0};
     struct tracer *tracer = tracer_create(plan, kernel);
     for (uint32_t y = 0; y < HEIGHT; y++) {
-        struct vec3 row[WIDTH];
+        struct pixel row[WIDTH];
         struct ray_counts counts = {0};
-        tracer_area(tracer, &(struct pixel_area){0, WIDTH, y, y + 1}, row, &counts);
-        for (size_t x = 0; x < WIDTH; x++)
-            bits_put_vec3(&bits, row[x]);
+        tracer_area(tracer, sampling, &(struct pixel_area){0, WIDTH, y, y + 1}, row, &counts);
+        for (size_t x = 0; x < WIDTH; x++) {
+            bits_put_vec3(&bits, row[x].light);
+            bytes_put_f64(&bits, row[x].error);
+            bytes_put_u32(&bits, row[x].samples);
+        }
     }
     tracer_destroy(&tracer);
     struct digest digest = digest_of(bits.data, bits.size);
@@ -191,16 +195,20 @@ static void compare_model(struct record *record, const char *name, const struct 
     compare(record, label, NULL, &digest);
 }
 
+/* By a fixed number of samples, and by as many as the pixels need. */
 static void compare_pictures(struct record *record, const char *name, const struct scene *scene)
 {
-    char label[128];
-    snprintf(label, sizeof label, "pixels/%s", name);
-    const struct trace_settings settings = {
-        .width = WIDTH, .height = HEIGHT, .samples = SAMPLES, .filter = scene->filter};
+    static const struct sampling samplings[] = {{SAMPLES, SAMPLES, 0}, {1, 32, 70}};
+    static const char *const labels[] = {"pixels", "adaptive"};
+    const struct trace_settings settings = {.width = WIDTH, .height = HEIGHT, .filter = scene->filter};
     struct plan *plan = plan_create(scene, &settings, 1);
-    for (size_t i = 0; kernel_at(i); i++) {
-        struct digest digest = digest_picture(plan, kernel_at(i));
-        compare(record, label, kernel_at(i)->name, &digest);
+    for (size_t sampling = 0; sampling < 2; sampling++) {
+        char label[128];
+        snprintf(label, sizeof label, "%s/%s", labels[sampling], name);
+        for (size_t i = 0; kernel_at(i); i++) {
+            struct digest digest = digest_picture(plan, kernel_at(i), &samplings[sampling]);
+            compare(record, label, kernel_at(i)->name, &digest);
+        }
     }
     plan_destroy(&plan);
 }

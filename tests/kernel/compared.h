@@ -51,7 +51,7 @@ static const struct array hit_arrays[] = {DOUBLES(hit_batch, t), DOUBLES(hit_bat
 static const struct array throughput_arrays[] = {VECTORS(path_batch, throughput)};
 static const struct array footprint_arrays[] = {
     VECTORS(path_batch, footprint[0]), VECTORS(path_batch, footprint[1]), VECTORS(path_batch, footprint[2]),
-    VECTORS(path_batch, footprint[3])};
+    VECTORS(path_batch, footprint[3]), DOUBLES(path_batch, shift[0]), DOUBLES(path_batch, shift[1])};
 static const struct array found_arrays[] = {VECTORS(path_batch, found)};
 static const struct array origin_arrays[] = {NUMBERS(path_batch, sample), NUMBERS(path_batch, medium)};
 static const struct array camera_arrays[] = {DOUBLES(camera_rays, x), DOUBLES(camera_rays, y)};
@@ -61,8 +61,9 @@ static const struct array surface_arrays[] = {
     DOUBLES(surfaces, lanes.leave_share), DOUBLES(surfaces, lanes.extent), DOUBLES(surfaces, lanes.part),
     VECTORS(surfaces, lanes.direction), VECTORS(surfaces, lanes.throughput), VECTORS(surfaces, lanes.position),
     DOUBLES(surfaces, lanes.error),     VECTORS(surfaces, lanes.normal),   VECTORS(surfaces, lanes.facing),
-    VECTORS(surfaces, lanes.shading_normal), VECTORS(surfaces, lanes.spread[0]), VECTORS(surfaces, lanes.spread[1]),
-    VECTORS(surfaces, lanes.spread[2]), VECTORS(surfaces, lanes.spread[3]), VECTORS(surfaces, lanes.color),
+    VECTORS(surfaces, lanes.shading_normal), VECTORS(surfaces, lanes.middle), VECTORS(surfaces, lanes.spread[0]),
+    VECTORS(surfaces, lanes.spread[1]), VECTORS(surfaces, lanes.spread[2]), VECTORS(surfaces, lanes.spread[3]),
+    VECTORS(surfaces, lanes.color),
     VECTORS(surfaces, lanes.own),       VECTORS(surfaces, lanes.local),
 };
 static const struct array share_arrays[] = {DOUBLES(patterned, share)};

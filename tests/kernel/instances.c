@@ -108,8 +108,8 @@ static void assert_alike(const struct scene *scene, size_t instances)
     assert_int_equal(shared->id_count, copied->primitive_count);
     for (size_t k = 0; kernel_at(k); k++) {
         struct ray_counts rays = {0}, as_many = {0};
-        struct vec3 *expected = plan_render(copied, kernel_at(k), &rays);
-        struct vec3 *found = plan_render(shared, kernel_at(k), &as_many);
+        struct vec3 *expected = plan_render(copied, kernel_at(k), samples_of(scene), &rays);
+        struct vec3 *found = plan_render(shared, kernel_at(k), samples_of(scene), &as_many);
         size_t different = count_differences(expected, found, (size_t)scene->width * scene->height);
         if (different > 0)
             print_message("# %s: %zu pixels differ\n", kernel_at(k)->name, different);

@@ -22,13 +22,14 @@ static void check_scene(struct scene *scene)
                 *pieces = memory_array(scene->width, sizeof *pieces);
     double least = INFINITY, most = -INFINITY;
     for (uint32_t y = 0; y < scene->height; y++) {
-        tracer_area(tracer, &(struct pixel_area){0, scene->width, y, y + 1}, row, &counts);
+        area_render(tracer, samples_of(scene), &(struct pixel_area){0, scene->width, y, y + 1}, row, &counts);
         for (uint32_t x = 0, width = 1; x < scene->width; x += width, width = 1 + hash_u32(x + y) % 7) {
             width = width < scene->width - x ? width : scene->width - x;
-            tracer_area(tracer, &(struct pixel_area){x, x + width, y, y + 1}, pieces + x, &again);
+            struct pixel_area piece = {x, x + width, y, y + 1};
+            area_render(tracer, samples_of(scene), &piece, pieces + x, &again);
         }
         for (uint32_t x = 0; x < scene->width; x++) {
-            struct vec3 plain = recursive_pixel(plan, x, y);
+            struct vec3 plain = recursive_pixel(plan, x, y, samples_of(scene));
             assert_true(vec3_is_finite(row[x]));
             assert_true(same_pixel(&row[x], &plain));
             assert_true(same_pixel(&row[x], &pieces[x]));

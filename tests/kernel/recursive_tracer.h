@@ -313,8 +313,11 @@ static struct vec3 surroundings(const struct plan *plan, const struct walk *walk
         return background->color[0];
     if (background->kind == BACKGROUND_GRADIENT)
         return vec3_mix(background->color[0], background->color[1], 0.5 * (walk->ray.direction.y + 1));
-    return texture_surroundings(&plan->images[background->image], walk->ray.direction,
-                                walk->footprint.direction_x, walk->footprint.direction_y);
+    const struct footprint *footprint = &walk->footprint;
+    struct vec3 middle = vec3_add_scaled(walk->ray.direction, footprint->direction_x, footprint->shift_x);
+    middle = vec3_add_scaled(middle, footprint->direction_y, footprint->shift_y);
+    return texture_surroundings(&plan->images[background->image], middle, footprint->direction_x,
+                                footprint->direction_y);
 }
 
 static void follow(const struct plan *plan, struct walk *walk, unsigned level, uint8_t *path,
@@ -346,7 +349,8 @@ static struct walk mirrored(const struct plan *plan, const struct walk *walk, co
         child.footprint =
             (struct footprint){view->spread.position_x, view->spread.position_y,
                                optics_reflect_change(in, normal, walk->footprint.direction_x, by_x),
-                               optics_reflect_change(in, normal, walk->footprint.direction_y, by_y)};
+                               optics_reflect_change(in, normal, walk->footprint.direction_y, by_y),
+                               walk->footprint.shift_x, walk->footprint.shift_y};
     }
     return child;
 }
@@ -375,7 +379,8 @@ static struct walk refracted(const struct plan *plan, const struct walk *walk, c
         child.footprint = (struct footprint){
             view->spread.position_x, view->spread.position_y,
             optics_refract_change(refraction, in, normal, walk->footprint.direction_x, by_x),
-            optics_refract_change(refraction, in, normal, walk->footprint.direction_y, by_y)};
+            optics_refract_change(refraction, in, normal, walk->footprint.direction_y, by_y),
+            walk->footprint.shift_x, walk->footprint.shift_y};
     }
     return child;
 }
@@ -489,9 +494,18 @@ static void follow(const struct plan *plan, struct walk *walk, unsigned level, u
 
 /* --- pixels ----------------------------------------------------------------------------------------------- */
 
-static struct walk camera_walk(const struct plan *plan, uint32_t x, uint32_t y, uint32_t index)
+/* The sample's middle and width in one coordinate, where its position is `at`. */
+static struct sample_cell cell_of(double at, double share, uint32_t cells, uint32_t samples, enum pixel_filter filter)
 {
-    struct sample_position at = sample_position(x, y, index, plan->settings.samples, plan->settings.filter);
+    return cells ? sample_cell(share, cells, filter) : (struct sample_cell){at, sample_width(samples, filter)};
+}
+
+static struct walk camera_walk(const struct plan *plan, uint32_t x, uint32_t y, uint32_t index, uint32_t samples)
+{
+    enum pixel_filter filter = plan->settings.filter;
+    struct sample_position at = sample_position(x, y, index, samples, filter);
+    struct sample_position share = sample_shares(x, y, sample_digits(index), 0);
+    struct sample_cells cells = sample_cells(0, samples);
     const struct plan_camera *camera = &plan->camera;
     struct vec3 v = vec3_add_scaled(camera->corner, camera->right, x + at.x);
     v = vec3_add_scaled(v, camera->down, y + at.y);
@@ -502,24 +516,26 @@ static struct walk camera_walk(const struct plan *plan, uint32_t x, uint32_t y, 
     for (size_t i = 0; i < plan->camera_media_count; i++)
         walk.inside[i] = plan->camera_media[i];
     if (plan->needs_footprints) {
-        double scale = sample_width(plan->settings.samples, plan->settings.filter) / vec3_length(v);
+        struct sample_cell across = cell_of(at.x, share.x, cells.across, samples, filter);
+        struct sample_cell down = cell_of(at.y, share.y, cells.down, samples, filter);
         struct vec3 right = vec3_add_scaled(camera->right, d, -vec3_dot(camera->right, d));
-        struct vec3 down = vec3_add_scaled(camera->down, d, -vec3_dot(camera->down, d));
-        walk.footprint.direction_x = vec3_scale(right, scale);
-        walk.footprint.direction_y = vec3_scale(down, scale);
+        struct vec3 below = vec3_add_scaled(camera->down, d, -vec3_dot(camera->down, d));
+        walk.footprint.direction_x = vec3_scale(right, across.width / vec3_length(v));
+        walk.footprint.direction_y = vec3_scale(below, down.width / vec3_length(v));
+        walk.footprint.shift_x = (across.middle - at.x) / across.width;
+        walk.footprint.shift_y = (down.middle - at.y) / down.width;
     }
     return walk;
 }
 
 /* The mean of the pixel's samples. */
-static struct vec3 recursive_pixel(const struct plan *plan, uint32_t x, uint32_t y)
+static struct vec3 recursive_pixel(const struct plan *plan, uint32_t x, uint32_t y, uint32_t samples)
 {
     struct vec3 pixel = {0, 0, 0};
-    uint32_t samples = plan->settings.samples;
     for (uint32_t index = 0; index < samples; index++) {
         struct findings findings = {0};
         uint8_t path[SCENE_DEPTH_MAX + 1] = {0};
-        struct walk walk = camera_walk(plan, x, y, index);
+        struct walk walk = camera_walk(plan, x, y, index, samples);
         follow(plan, &walk, 0, path, &findings);
         qsort(findings.items, findings.count, sizeof *findings.items, compare_findings);
         struct vec3 radiance = {0, 0, 0};

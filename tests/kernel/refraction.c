@@ -251,7 +251,7 @@ static struct vec3 *pixels_of(const struct plan *plan)
     struct tracer *tracer = tracer_create(plan, kernel_default());
     struct vec3 *pixels = memory_array(64 * 64, sizeof *pixels);
     struct ray_counts rows[64] = {{0}};
-    tracer_area(tracer, &(struct pixel_area){0, 64, 0, 64}, pixels, rows);
+    area_render(tracer, 1, &(struct pixel_area){0, 64, 0, 64}, pixels, rows);
     tracer_destroy(&tracer);
     return pixels;
 }

@@ -376,7 +376,7 @@ static void check_edge(enum pixel_filter filter, double edge)
     struct plan *plan = plan_create(&scene, &settings, 1);
     double line = scene.width / 2.0 + edge / 4 / plan->camera.right.x; /* pixels from the left */
     for (size_t k = 0; kernel_at(k); k++) {
-        struct vec3 *pixels = plan_render(plan, kernel_at(k), NULL);
+        struct vec3 *pixels = plan_render(plan, kernel_at(k), SAMPLES, NULL);
         for (uint32_t i = 0; i < scene.width * scene.height; i++) {
             double expected = 1 - share_before(line - i % scene.width, filter);
             assert_true(is_near(pixels[i].x, expected, 1.0 / SAMPLES));

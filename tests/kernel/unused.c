@@ -281,7 +281,7 @@ static int render_case(size_t number, const char *kernel)
     cases[number].add(&scene);
     struct trace_settings settings = settings_of(&scene);
     struct plan *plan = plan_create_sharing(&scene, &settings, 1, 0);
-    free(plan_render(plan, kernel_find(kernel), NULL));
+    free(plan_render(plan, kernel_find(kernel), scene.samples, NULL));
     plan_destroy(&plan);
     scene_finish(&scene);
     return 0;

@@ -48,18 +48,18 @@ static float pool_look(const char *text)
     bytes_put(&bytes, text, strlen(text) + 1);
     bytes.size--; /* the NUL follows the text and is not part of it */
     asset_set_add(&assets, "look.json", &bytes);
-    const struct trace_settings settings = {.width = 1, .height = 1, .samples = 1};
+    const struct job_settings settings = {.width = 1, .height = 1, .pixel_format = PIXEL_LINEAR};
+    const struct order order = {PASS_RENDER, 0, 1, {1, 1, 0}};
     struct error error;
     struct pool *pool = pool_create(1, kernel_default(), &error);
     assert_non_null(pool);
     struct pool_outcome outcome;
-    pool_load(pool, 1, "look.json", &assets, &settings, PIXEL_LINEAR);
+    pool_load(pool, 1, "look.json", &assets, &settings);
     await(pool, POOL_LOADED, &outcome);
-    assert_true(pool_start(pool, 1, 1, 0, 1));
+    assert_true(pool_start(pool, 1, 1, &order));
     await(pool, POOL_BAND, &outcome);
-    struct row_figures figures;
     float red;
-    memcpy(&red, row_record_decode(outcome.bytes.data, &figures), sizeof red); /* AArch64 and x86 are little-endian */
+    memcpy(&red, outcome.bytes.data + ROW_FIGURES_BYTES, sizeof red); /* AArch64 and x86 are little-endian */
     bytes_finish(&outcome.bytes);
     pool_destroy(&pool);
     return red;

@@ -154,8 +154,8 @@ static struct vec3 *render_in_pieces(const struct scene *scene, const struct ker
             for (uint32_t x = 0; x < scene->width; x += columns) {
                 struct ray_counts counts = {0};
                 uint32_t x1 = x + columns < scene->width ? x + columns : scene->width;
-                tracer_area(tracer, &(struct pixel_area){x, x1, y, y + 1}, pixels + (size_t)y * scene->width + x,
-                            &counts);
+                area_render(tracer, samples_of(scene), &(struct pixel_area){x, x1, y, y + 1},
+                            pixels + (size_t)y * scene->width + x, &counts);
             }
         tracer_destroy(&tracer);
     }

@@ -37,7 +37,9 @@ enum lease_state { OPEN, ANSWERED, REVOKED, LOST };
 
 struct lease {
     enum lease_state state;
-    uint32_t worker, job, first_row, rows;
+    uint32_t worker, job;
+    enum render_pass pass;
+    uint32_t first_row, rows;
 };
 
 struct worker {
@@ -50,8 +52,10 @@ struct worker {
     int64_t heard_ms, busy_until_ms;
 };
 
+/* All but the rows is of the present pass. */
 struct job {
-    uint32_t rows, accepted_rows;
+    enum render_pass pass;
+    uint32_t rows[PASSES], accepted_rows;
     bool over;
     bool accepted[ROWS_MAX];
     uint8_t losses[ROWS_MAX]; /* by fault */
@@ -84,7 +88,7 @@ static struct world {
 
 /* What the histories held, over all seeds. */
 static struct {
-    unsigned done, failed, expelled, revoked, late;
+    unsigned surveyed, done, failed, expelled, revoked, late;
 } tally;
 
 static void __attribute__((format(printf, 2, 3))) require(bool condition, const char *format, ...)
@@ -164,12 +168,13 @@ static void check_grant(const struct action *a)
     require(a->lease == world.lease_count + 1 && a->lease < LEASES_MAX, "lease %llu", (unsigned long long)a->lease);
     require(w->present && !w->draining && w->ready[a->job], "worker %u cannot take a band", a->worker);
     require(w->held < w->credit, "worker %u got more than its credit", a->worker);
-    require(!job->over && a->rows >= 1 && a->first_row + a->rows <= job->rows, "rows outside of an open job");
+    require(a->pass == job->pass, "job %u is not at pass %d", a->job, (int)a->pass);
+    require(!job->over && a->rows >= 1 && a->first_row + a->rows <= job->rows[a->pass], "rows outside of an open job");
     for (uint32_t row = a->first_row; row < a->first_row + a->rows; row++)
         require(!job->accepted[row], "row %u handed out again", row);
     check_overlap(a);
     w->held++;
-    world.leases[++world.lease_count] = (struct lease){OPEN, a->worker, a->job, a->first_row, a->rows};
+    world.leases[++world.lease_count] = (struct lease){OPEN, a->worker, a->job, a->pass, a->first_row, a->rows};
 }
 
 static void check_accept(const struct action *a, const struct event *event)
@@ -178,7 +183,8 @@ static void check_accept(const struct action *a, const struct event *event)
     struct job *job = &world.jobs[a->job];
     require(event->kind == EVENT_RESULT && lease->state == OPEN && lease->worker == event->worker,
             "accepted what is not an answer");
-    require(lease->job == a->job && lease->first_row == a->first_row && lease->rows == a->rows,
+    require(lease->job == a->job && lease->pass == a->pass && a->pass == job->pass, "accepted for another pass");
+    require(lease->first_row == a->first_row && lease->rows == a->rows,
             "accepted other rows than were answered");
     for (uint32_t row = a->first_row; row < a->first_row + a->rows; row++) {
         require(!job->accepted[row], "row %u accepted twice", row);
@@ -207,6 +213,20 @@ static void check_expel(const struct action *a)
     tally.expelled++;
 }
 
+/* Nothing of the survey is missing, and nothing of it is out any more. */
+static void check_surveyed(const struct action *a)
+{
+    struct job *job = &world.jobs[a->job];
+    require(!job->over && job->pass == PASS_SURVEY, "job %u is surveyed twice", a->job);
+    require(job->accepted_rows == job->rows[PASS_SURVEY], "job %u surveyed with holes", a->job);
+    for (uint64_t i = 1; i <= world.lease_count; i++) {
+        const struct lease *lease = &world.leases[i];
+        require(lease->job != a->job || lease->state != OPEN, "job %u: its survey is leased", a->job);
+    }
+    *job = (struct job){.pass = PASS_RENDER, .rows = {job->rows[PASS_SURVEY], job->rows[PASS_RENDER]}};
+    tally.surveyed++;
+}
+
 static void check_over(const struct action *a)
 {
     struct job *job = &world.jobs[a->job];
@@ -215,7 +235,9 @@ static void check_over(const struct action *a)
     world.jobs_over++;
     for (uint32_t row = a->first_row; a->kind == ACTION_FAIL && row < a->first_row + a->rows; row++)
         require(job->losses[row] >= SCHEDULER_LOSSES_MAX, "failed for row %u, lost %u times", row, job->losses[row]);
-    require(a->kind == ACTION_FAIL || job->accepted_rows == job->rows, "job %u done with holes", a->job);
+    require(a->kind == ACTION_FAIL ? a->pass == job->pass
+                                   : job->pass == PASS_RENDER && job->accepted_rows == job->rows[PASS_RENDER],
+            "job %u done with holes", a->job);
     *(a->kind == ACTION_FAIL ? &tally.failed : &tally.done) += 1;
     for (uint32_t i = 1; i <= world.worker_count; i++) {
         const struct worker *w = &world.workers[i];
@@ -247,6 +269,9 @@ static void check_action(const struct action *a, const struct event *event)
         break;
     case ACTION_EXPEL:
         check_expel(a);
+        break;
+    case ACTION_SURVEYED:
+        check_surveyed(a);
         break;
     case ACTION_DONE:
     case ACTION_FAIL:
@@ -286,7 +311,7 @@ static void check_rest(void)
         const struct job *j = &world.jobs[job];
         require(leased == scheduler_rows_leased(world.scheduler, job), "job %u: other rows are leased", job);
         require(!j->over || leased == 0, "job %u is over and leased", job);
-        require(j->over || !room[job] || j->accepted_rows + leased == j->rows, "rows of job %u wait", job);
+        require(j->over || !room[job] || j->accepted_rows + leased == j->rows[j->pass], "rows of job %u wait", job);
     }
     require(scheduler_deadline(world.scheduler) > world.now_ms, "the deadline is past");
 }
@@ -338,7 +363,8 @@ static void tell(struct event event)
 {
     struct worker *w = &world.workers[event.worker];
     if (event.kind == EVENT_JOB)
-        world.jobs[world.jobs_begun++].rows = event.rows;
+        world.jobs[world.jobs_begun++] = (struct job){.pass = event.survey_rows ? PASS_SURVEY : PASS_RENDER,
+                                                      .rows = {event.survey_rows, event.rows}};
     if (w->present && event.kind != EVENT_TICK)
         w->heard_ms = world.now_ms;
     if (w->present && event.kind == EVENT_READY)
@@ -435,6 +461,7 @@ static void make_jobs(void)
     world.job_count = draw(1, JOBS_MAX);
     for (uint32_t i = 0; i < world.job_count; i++) {
         struct event event = {.kind = EVENT_JOB, .rows = chance(20) ? draw(1, 3) : draw(1, ROWS_MAX)};
+        event.survey_rows = chance(40) ? 0 : chance(50) ? draw(1, 3) : draw(1, 40);
         happen(ARRIVES, chance(70) ? 0 : draw(0, 20000), event);
     }
 }
@@ -499,10 +526,10 @@ static void test_histories(void **state)
     (void)state;
     for (uint32_t i = 0; i < seed_count; i++)
         run(first_seed + i);
-    print_message("# seeds %u to %u: %u jobs done, %u failed, %u workers expelled, %u leases revoked, "
+    print_message("# seeds %u to %u: %u jobs surveyed, %u done, %u failed, %u workers expelled, %u leases revoked, "
                   "%u results too late\n",
-                  first_seed, first_seed + seed_count - 1, tally.done, tally.failed, tally.expelled, tally.revoked,
-                  tally.late);
+                  first_seed, first_seed + seed_count - 1, tally.surveyed, tally.done, tally.failed, tally.expelled,
+                  tally.revoked, tally.late);
 }
 
 static uint32_t number_or(const char *text, uint32_t otherwise)

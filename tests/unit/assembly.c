@@ -27,6 +27,7 @@ enum { WIDTH = 19, HEIGHT = 61 };
 static char folder[] = "/tmp/weft-assembly-XXXXXX";
 static char output[64], reference[64];
 static struct error error;
+static bool maps; /* of the records */
 
 static const struct image_description description = {WIDTH, HEIGHT, PIXEL_SRGB8, "weft test", "scene.json"};
 
@@ -35,13 +36,15 @@ static uint8_t pixel_byte(uint32_t row, size_t i)
     return (uint8_t)(hash_u32(row * 1000 + (uint32_t)i) >> 8);
 }
 
-/* Appends a row's record: its pixels, and figures that tell rows apart. */
+/* Appends a row's record: its pixels, figures that tell rows apart, and maps if there are any. */
 static void put_record(struct bytes *to, uint32_t row)
 {
-    size_t row_bytes = WIDTH * pixel_format_bytes(description.format);
-    uint8_t *record = bytes_extend(to, row_record_bytes(row_bytes));
-    row_figures_write(record, &(struct row_figures){row + 1, 100 * row, (uint64_t)row << 40});
-    for (size_t i = 0; i < row_bytes; i++)
+    const struct row_layout layout = row_layout_of(WIDTH, pixel_format_bytes(description.format), maps);
+    uint8_t *record = bytes_extend(to, row_record_bytes(&layout));
+    memset(record, 0x99, row_record_bytes(&layout));
+    struct row_figures figures = {row + 1, 100 * row, (uint64_t)row << 40, {row << 8, 3}, {[5] = row}};
+    row_figures_write(record, &figures);
+    for (size_t i = 0; i < layout.pixels_bytes; i++)
         record[ROW_FIGURES_BYTES + i] = pixel_byte(row, i);
 }
 
@@ -59,7 +62,7 @@ static void add_band(struct assembly *assembly, uint32_t first_row, uint32_t row
 static struct assembly *create(void)
 {
     enum status status;
-    struct assembly *assembly = assembly_create(output, &description, &status, &error);
+    struct assembly *assembly = assembly_create(output, &description, maps, &status, &error);
     if (!assembly)
         fail_msg("%s", error.text);
     return assembly;
@@ -71,6 +74,9 @@ static void assert_figures(const struct assembly *assembly, uint64_t rows, uint6
     assert_true(figures.samples == sum_of_rows + rows);
     assert_true(figures.secondary_rays == 100 * sum_of_rows);
     assert_true(figures.shadow_rays == sum_of_rows << 40);
+    assert_true(figures.error[0] == sum_of_rows << 8);
+    assert_true(figures.error[1] == 3 * rows);
+    assert_true(figures.stages[5] == sum_of_rows);
 }
 
 /* The output is there, alone, and has the reference's bytes. */
@@ -106,6 +112,17 @@ static void test_whole(void **state)
     struct assembly *assembly = create();
     add_band(assembly, 0, HEIGHT);
     assert_complete(assembly);
+}
+
+static void test_maps_are_skipped(void **state)
+{
+    (void)state;
+    maps = true;
+    struct assembly *assembly = create();
+    for (uint32_t row = 0; row < HEIGHT; row += HEIGHT / 2)
+        add_band(assembly, row, HEIGHT - row < HEIGHT / 2 ? HEIGHT - row : HEIGHT / 2);
+    assert_complete(assembly);
+    maps = false;
 }
 
 static void test_backwards(void **state)
@@ -161,13 +178,13 @@ static void test_abandon(void **state)
 
 /* --- a picture of more than one block of compressed bytes -------------------------------------------------- */
 
-enum { LARGE_WIDTH = 600, LARGE_HEIGHT = 500, LARGE_ROW_BYTES = 3 * LARGE_WIDTH };
+enum { LARGE_WIDTH = 600, LARGE_HEIGHT = 500 };
 
 static struct assembly *create_large(void)
 {
     struct image_description large = {LARGE_WIDTH, LARGE_HEIGHT, PIXEL_SRGB8, "weft test", "scene.json"};
     enum status status;
-    struct assembly *assembly = assembly_create(output, &large, &status, &error);
+    struct assembly *assembly = assembly_create(output, &large, false, &status, &error);
     assert_non_null(assembly);
     return assembly;
 }
@@ -175,7 +192,7 @@ static struct assembly *create_large(void)
 /* Noise, which does not compress. */
 static enum status add_large(struct assembly *assembly, uint32_t first_row, uint32_t rows)
 {
-    size_t record_bytes = row_record_bytes(LARGE_ROW_BYTES);
+    size_t record_bytes = assembly_record_bytes(assembly);
     uint8_t *records = memory_array(rows, record_bytes);
     for (size_t i = 0; i < rows * record_bytes; i++)
         if (i % record_bytes >= ROW_FIGURES_BYTES)
@@ -239,7 +256,7 @@ static void test_no_folder(void **state)
 {
     (void)state;
     enum status status = STATUS_OK;
-    assert_null(assembly_create("/nowhere/at/all.png", &description, &status, &error));
+    assert_null(assembly_create("/nowhere/at/all.png", &description, false, &status, &error));
     assert_int_equal(status, STATUS_OUTPUT);
     assert_non_null(strstr(error.text, "/nowhere/at/all.png"));
 }
@@ -252,10 +269,13 @@ static void test_record_bytes(void **state)
         struct image_description other = description;
         enum status status;
         other.format = (enum pixel_format)format;
-        struct assembly *assembly = assembly_create(output, &other, &status, &error);
-        assert_non_null(assembly);
-        assert_int_equal(assembly_record_bytes(assembly), ROW_FIGURES_BYTES + WIDTH * pixel_bytes[format]);
-        assembly_abandon(&assembly);
+        for (size_t mapped = 0; mapped < 2; mapped++) {
+            struct assembly *assembly = assembly_create(output, &other, mapped, &status, &error);
+            assert_non_null(assembly);
+            assert_int_equal(assembly_record_bytes(assembly),
+                             ROW_FIGURES_BYTES + WIDTH * (pixel_bytes[format] + 2 * mapped));
+            assembly_abandon(&assembly);
+        }
     }
 }
 
@@ -291,6 +311,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_in_order), cmocka_unit_test(test_whole),   cmocka_unit_test(test_backwards),
+        cmocka_unit_test(test_maps_are_skipped),
         cmocka_unit_test(test_shuffled), cmocka_unit_test(test_abandon), cmocka_unit_test(test_no_folder),
         cmocka_unit_test(test_record_bytes),
         cmocka_unit_test(test_written_while_rows_are_missing),

@@ -73,18 +73,21 @@ static void random_job(struct message *message)
     message->job.manifest_bytes = random_within(1, MANIFEST_BYTES_MAX);
     message->job.settings.width = (uint32_t)random_within(1, MESSAGE_SIDE_MAX);
     message->job.settings.height = (uint32_t)random_within(1, MESSAGE_SIDE_MAX);
-    message->job.settings.samples = (uint32_t)random_within(1, MESSAGE_SAMPLES_MAX);
     message->job.settings.filter = (uint8_t)random_within(0, MESSAGE_FILTERS - 1);
     message->job.settings.pixel_format = (uint8_t)random_within(0, MESSAGE_PIXEL_FORMATS - 1);
+    message->job.settings.maps = (uint8_t)random_within(0, 1);
 }
 
 static void random_band(struct message *message)
 {
     message->band.job = (uint32_t)random_u64();
     message->band.lease = random_u64();
-    message->band.pass = (uint32_t)random_u64();
+    message->band.pass = (uint32_t)random_within(0, PASSES - 1);
     message->band.first_row = (uint32_t)random_within(0, MESSAGE_SIDE_MAX - 1);
     message->band.rows = (uint32_t)random_within(1, MESSAGE_SIDE_MAX - message->band.first_row);
+    message->band.sampling.least = (uint32_t)random_within(1, MESSAGE_SAMPLES_MAX);
+    message->band.sampling.most = (uint32_t)random_within(message->band.sampling.least, MESSAGE_SAMPLES_MAX);
+    message->band.sampling.threshold = (uint32_t)random_within(0, MESSAGE_THRESHOLD_MAX);
 }
 
 static void random_body(struct message *message)
@@ -227,15 +230,17 @@ static void test_round_trip(void **state)
 static void test_layout(void **state)
 {
     (void)state;
-    static const uint8_t band[] = {'W', 'E', 'F', 'T', 2, 0, 11, 8, 7, 6, 5, 4, 3, 2, 1, 4, 3, 2, 1, 9, 0, 0,
-                                   0,   0,   0,   0,   0, 2, 0,  0, 0, 0, 1, 0, 0, 16, 0, 0, 0};
+    static const uint8_t band[] = {'W', 'E', 'F', 'T', 2, 0, 11, 8, 7, 6, 5, 4,  3, 2, 1, 4, 3, 2,   1,
+                                   9,   0,   0,   0,   0, 0, 0,  0, 1, 0, 0, 0,  0, 1, 0, 0, 16, 0, 0, 0,
+                                   4,   0,   0,   0,   0, 4, 0,  0, 200, 0, 0, 0};
     static const uint8_t refuse[] = {'W', 'E', 'F', 'T', 2, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 'n', 'o'};
     struct message message = {.kind = MESSAGE_BAND, .epoch = 0x0102030405060708};
     message.band.job = 0x01020304;
     message.band.lease = 9;
-    message.band.pass = 2;
+    message.band.pass = PASS_RENDER;
     message.band.first_row = 256;
     message.band.rows = 16;
+    message.band.sampling = (struct band_sampling){4, 1024, 200};
     struct bytes bytes = {0};
     message_encode(&message, &bytes);
     assert_int_equal(bytes.size, sizeof band);
@@ -305,21 +310,20 @@ static const struct {
     {MESSAGE_JOB, 51, 8, 8 << 20, NULL},
     {MESSAGE_JOB, 51, 8, (8 << 20) + 1, "JOB: manifest_bytes"},
     {MESSAGE_JOB, 51, 8, UINT64_MAX, "JOB: manifest_bytes"},
-    {MESSAGE_JOB, -14, 4, 0, "JOB: width"},
-    {MESSAGE_JOB, -14, 4, 65535, NULL},
-    {MESSAGE_JOB, -14, 4, 65536, "JOB: width"},
-    {MESSAGE_JOB, -10, 4, 0, "JOB: height"},
-    {MESSAGE_JOB, -10, 4, 65535, NULL},
-    {MESSAGE_JOB, -10, 4, 65536, "JOB: height"},
-    {MESSAGE_JOB, -6, 4, 0, "JOB: samples"},
-    {MESSAGE_JOB, -6, 4, 65536, NULL},
-    {MESSAGE_JOB, -6, 4, 65537, "JOB: samples"},
-    {MESSAGE_JOB, -2, 1, 0, NULL},
-    {MESSAGE_JOB, -2, 1, 1, NULL},
-    {MESSAGE_JOB, -2, 1, 2, "JOB: filter: expected 0 to 1, found 2"},
-    {MESSAGE_JOB, -2, 1, 255, "JOB: filter"},
-    {MESSAGE_JOB, -1, 1, 2, NULL},
-    {MESSAGE_JOB, -1, 1, 3, "JOB: pixel_format"},
+    {MESSAGE_JOB, -11, 4, 0, "JOB: width"},
+    {MESSAGE_JOB, -11, 4, 65535, NULL},
+    {MESSAGE_JOB, -11, 4, 65536, "JOB: width"},
+    {MESSAGE_JOB, -7, 4, 0, "JOB: height"},
+    {MESSAGE_JOB, -7, 4, 65535, NULL},
+    {MESSAGE_JOB, -7, 4, 65536, "JOB: height"},
+    {MESSAGE_JOB, -3, 1, 0, NULL},
+    {MESSAGE_JOB, -3, 1, 1, NULL},
+    {MESSAGE_JOB, -3, 1, 2, "JOB: filter: expected 0 to 1, found 2"},
+    {MESSAGE_JOB, -3, 1, 255, "JOB: filter"},
+    {MESSAGE_JOB, -2, 1, 2, NULL},
+    {MESSAGE_JOB, -2, 1, 3, "JOB: pixel_format"},
+    {MESSAGE_JOB, -1, 1, 1, NULL},
+    {MESSAGE_JOB, -1, 1, 2, "JOB: maps"},
     {MESSAGE_ASSET, 47, 8, 15, NULL},
     {MESSAGE_ASSET, 47, 8, 16, "ASSET: offset"},
     {MESSAGE_ASSET, 47, 8, UINT64_MAX, "ASSET: offset"},
@@ -334,13 +338,25 @@ static const struct {
     {MESSAGE_RESULT, 35, 8, 14, "RESULT: offset"},
     {MESSAGE_RESULT, 35, 8, 0, "RESULT: size"},
     {MESSAGE_RESULT, 43, 4, 262145, "RESULT: size: expected 0 to 262144, found 262145"},
-    {MESSAGE_BAND, -8, 8, 65534ull | 1ull << 32, NULL},
-    {MESSAGE_BAND, -8, 8, 65535ull | 1ull << 32, "BAND: first_row"},
-    {MESSAGE_BAND, -8, 8, 65534ull | 2ull << 32, "BAND: rows"},
-    {MESSAGE_BAND, -8, 8, 0ull | 65535ull << 32, NULL},
-    {MESSAGE_BAND, -8, 8, 0ull | 65536ull << 32, "BAND: rows"},
-    {MESSAGE_BAND, -8, 8, 0, "BAND: rows"},
-    {MESSAGE_BAND, -8, 8, UINT32_MAX | 2ull << 32, "BAND: first_row"},
+    {MESSAGE_BAND, -24, 4, 0, NULL},
+    {MESSAGE_BAND, -24, 4, 1, NULL},
+    {MESSAGE_BAND, -24, 4, 2, "BAND: pass"},
+    {MESSAGE_BAND, -20, 8, 65534ull | 1ull << 32, NULL},
+    {MESSAGE_BAND, -20, 8, 65535ull | 1ull << 32, "BAND: first_row"},
+    {MESSAGE_BAND, -20, 8, 65534ull | 2ull << 32, "BAND: rows"},
+    {MESSAGE_BAND, -20, 8, 0ull | 65535ull << 32, NULL},
+    {MESSAGE_BAND, -20, 8, 0ull | 65536ull << 32, "BAND: rows"},
+    {MESSAGE_BAND, -20, 8, 0, "BAND: rows"},
+    {MESSAGE_BAND, -20, 8, UINT32_MAX | 2ull << 32, "BAND: first_row"},
+    {MESSAGE_BAND, -12, 8, 0 | 1ull << 32, "BAND: least"},
+    {MESSAGE_BAND, -12, 8, 1 | 0ull << 32, "BAND: most"},
+    {MESSAGE_BAND, -12, 8, 1 | 65536ull << 32, NULL},
+    {MESSAGE_BAND, -12, 8, 1 | 65537ull << 32, "BAND: most"},
+    {MESSAGE_BAND, -12, 8, 8 | 8ull << 32, NULL},
+    {MESSAGE_BAND, -12, 8, 8 | 7ull << 32, "BAND: most"},
+    {MESSAGE_BAND, -12, 8, 65537 | 65537ull << 32, "BAND: least"},
+    {MESSAGE_BAND, -4, 4, 255, NULL},
+    {MESSAGE_BAND, -4, 4, 256, "BAND: threshold"},
 };
 
 static void test_edges(void **state)

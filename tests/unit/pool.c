@@ -11,6 +11,7 @@
 
 #include "base/memory.h"
 #include "scene/load.h"
+#include "trace/survey.h"
 #include "trace/tracer.h"
 #include "wire/rows.h"
 #include "worker/pool.h"
@@ -60,21 +61,38 @@ static struct pool_outcome wait_for_outcome(void)
     return outcome;
 }
 
-static void begin_load(uint32_t job, const char *text, uint32_t samples)
+static void begin_load(uint32_t job, const char *text, bool maps)
 {
+    const struct job_settings settings = {
+        .width = WIDTH, .height = HEIGHT, .filter = FILTER_TENT, .pixel_format = PIXEL_SRGB16, .maps = maps};
     struct asset_set assets = assets_of(text);
-    const struct trace_settings settings = {WIDTH, HEIGHT, samples, FILTER_TENT};
-    pool_load(pool, job, "scene.json", &assets, &settings, PIXEL_SRGB16);
+    pool_load(pool, job, "scene.json", &assets, &settings);
     assert_int_equal(assets.count, 0);
     assert_null(assets.assets);
 }
 
-static void load(uint32_t job, uint32_t samples)
+static void load_with(uint32_t job, bool maps)
 {
-    begin_load(job, scene_text, samples);
+    begin_load(job, scene_text, maps);
     struct pool_outcome outcome = wait_for_outcome();
     assert_int_equal(outcome.kind, POOL_LOADED);
     assert_int_equal(outcome.job, job);
+}
+
+static void load(uint32_t job)
+{
+    load_with(job, false);
+}
+
+static struct sampling fixed(uint32_t samples)
+{
+    return (struct sampling){samples, samples, 0};
+}
+
+/* Asks for rows of a render. */
+static bool ask(uint64_t lease, uint32_t job, uint32_t first_row, uint32_t rows, struct sampling sampling)
+{
+    return pool_start(pool, lease, job, &(struct order){PASS_RENDER, first_row, rows, sampling});
 }
 
 static void start(int threads)
@@ -94,40 +112,84 @@ static int finish(void **state)
     return 0;
 }
 
+static const struct row_layout layout = {WIDTH * 6, 0}, mapped_layout = {WIDTH * 6, WIDTH};
+
 static size_t record_bytes(void)
 {
-    return row_record_bytes(WIDTH * pixel_format_bytes(PIXEL_SRGB16));
+    return row_record_bytes(&layout);
+}
+
+static struct row_figures figures_of(const struct ray_counts *counts, const struct pixel pixels[WIDTH])
+{
+    struct row_figures figures = {counts->camera, counts->secondary, counts->shadow, {0}, {0}};
+    for (uint32_t x = 0; x < WIDTH; x++) {
+        figures.error[pixels[x].samples > 1] += (uint64_t)(pixels[x].error / PIXEL_ERROR_UNIT);
+        figures.stages[sampling_stage_within(pixels[x].samples)]++;
+    }
+    return figures;
 }
 
 /* Appends the record of row y, which the tracer renders in one piece. */
-static void put_record(struct bytes *records, struct tracer *tracer, uint32_t y)
+static void put_record(struct bytes *records, const struct row_layout *as, struct tracer *tracer,
+                       const struct sampling *sampling, uint32_t y)
 {
-    struct vec3 pixels[WIDTH];
+    struct pixel pixels[WIDTH];
+    struct vec3 light[WIDTH];
     struct ray_counts counts = {0};
-    tracer_area(tracer, &(struct pixel_area){0, WIDTH, y, y + 1}, pixels, &counts);
-    uint8_t *record = bytes_extend(records, record_bytes());
-    row_figures_write(record, &(struct row_figures){counts.camera, counts.secondary, counts.shadow});
-    pixel_format_encode(PIXEL_SRGB16, pixels, WIDTH, record + ROW_FIGURES_BYTES);
+    uint8_t *record = bytes_extend(records, row_record_bytes(as));
+    tracer_area(tracer, sampling, &(struct pixel_area){0, WIDTH, y, y + 1}, pixels, &counts);
+    struct row_figures figures = figures_of(&counts, pixels);
+    for (uint32_t x = 0; x < WIDTH; x++) {
+        light[x] = pixels[x].light;
+        if (as->map_bytes == 0)
+            continue;
+        record[row_stages_at(as) + x] = (uint8_t)sampling_stage_within(pixels[x].samples);
+        record[row_errors_at(as) + x] = row_error_code(pixels[x].error);
+    }
+    row_figures_write(record, &figures);
+    pixel_format_encode(PIXEL_SRGB16, light, WIDTH, record + ROW_FIGURES_BYTES);
+}
+
+/* What the scene is without a pool. */
+struct traced {
+    struct scene scene;
+    struct plan *plan;
+    struct tracer *tracer;
+};
+
+static void traced_init(struct traced *traced)
+{
+    struct asset_set assets = assets_of(scene_text);
+    struct error error;
+    if (scene_load(&traced->scene, "scene.json", &assets, &error) != STATUS_OK)
+        fail_msg("%s", error.text);
+    traced->plan = plan_create(&traced->scene, &(struct trace_settings){WIDTH, HEIGHT, FILTER_TENT}, 1);
+    traced->tracer = tracer_create(traced->plan, &kernel_ref);
+    asset_set_finish(&assets);
+}
+
+static void traced_finish(struct traced *traced)
+{
+    tracer_destroy(&traced->tracer);
+    plan_destroy(&traced->plan);
+    scene_finish(&traced->scene);
 }
 
 /* The records of the whole picture without a pool: what every split must give. The caller frees. */
-static struct bytes expected_records(uint32_t samples)
+static struct bytes records_as(const struct row_layout *as, struct sampling sampling)
 {
-    struct asset_set assets = assets_of(scene_text);
-    struct scene scene;
-    struct error error;
     struct bytes records = {0};
-    if (scene_load(&scene, "scene.json", &assets, &error) != STATUS_OK)
-        fail_msg("%s", error.text);
-    struct plan *plan = plan_create(&scene, &(struct trace_settings){WIDTH, HEIGHT, samples, FILTER_TENT}, 1);
-    struct tracer *tracer = tracer_create(plan, &kernel_ref);
+    struct traced traced;
+    traced_init(&traced);
     for (uint32_t y = 0; y < HEIGHT; y++)
-        put_record(&records, tracer, y);
-    tracer_destroy(&tracer);
-    plan_destroy(&plan);
-    scene_finish(&scene);
-    asset_set_finish(&assets);
+        put_record(&records, as, traced.tracer, &sampling, y);
+    traced_finish(&traced);
     return records;
+}
+
+static struct bytes expected_records(struct sampling sampling)
+{
+    return records_as(&layout, sampling);
 }
 
 /* Takes the next band, frees it, and compares it: its lease is its first row + 1. */
@@ -143,42 +205,110 @@ static uint64_t take_band(const struct bytes *expected)
 }
 
 /* Starts bands of the whole picture at once; returns how many. */
-static size_t start_bands(uint32_t job, uint32_t band_rows)
+static size_t start_bands(uint32_t job, uint32_t band_rows, struct sampling sampling)
 {
     size_t count = 0;
     for (uint32_t row = 0; row < HEIGHT; row += band_rows, count++)
-        assert_true(pool_start(pool, row + 1, job, row, HEIGHT - row < band_rows ? HEIGHT - row : band_rows));
+        assert_true(ask(row + 1, job, row, HEIGHT - row < band_rows ? HEIGHT - row : band_rows, sampling));
     return count;
 }
 
 /* --- rendering -------------------------------------------------------------------------------------------- */
 
-static void test_equal_bytes(void **state)
+static void check_equal_bytes(struct sampling sampling)
 {
-    (void)state;
     static const int threads[] = {1, 2, 3, 7};
-    static const uint32_t band_rows[] = {1, 2, 3, 4, 5, 8, HEIGHT};
-    struct bytes expected = expected_records(1);
+    static const uint32_t band_rows[] = {1, 2, 3, 4, 5, 8, 17, HEIGHT};
+    struct bytes expected = expected_records(sampling);
     for (size_t t = 0; t < sizeof threads / sizeof *threads; t++) {
         start(threads[t]);
-        load(0, 1);
+        load(0);
         for (size_t b = 0; b < sizeof band_rows / sizeof *band_rows; b++)
-            for (size_t left = start_bands(0, band_rows[b]); left > 0; left--)
+            for (size_t left = start_bands(0, band_rows[b], sampling); left > 0; left--)
                 take_band(&expected);
     }
     bytes_finish(&expected);
+}
+
+static void test_equal_bytes(void **state)
+{
+    (void)state;
+    check_equal_bytes(fixed(1));
+}
+
+static void test_equal_bytes_of_adaptive_sampling(void **state)
+{
+    (void)state;
+    check_equal_bytes((struct sampling){1, 16, 40});
+}
+
+static void test_maps(void **state)
+{
+    (void)state;
+    const struct sampling sampling = {1, 64, 40};
+    struct bytes expected = records_as(&mapped_layout, sampling);
+    start(2);
+    load_with(0, true);
+    assert_true(ask(1, 0, 0, HEIGHT, sampling));
+    struct pool_outcome outcome = wait_for_outcome();
+    assert_int_equal(outcome.bytes.size, expected.size);
+    assert_memory_equal(outcome.bytes.data, expected.data, expected.size);
+    bytes_finish(&outcome.bytes);
+    bytes_finish(&expected);
+}
+
+/* --- surveys ---------------------------------------------------------------------------------------------- */
+
+static const struct sampling surveying = {1, 64, 60};
+
+/* The survey of rows of cells without a pool. */
+static void survey_rows(struct tracer *tracer, uint32_t first_row, uint32_t rows, struct survey *survey)
+{
+    struct survey_grid grid = survey_grid(WIDTH, HEIGHT);
+    struct ray_counts counts = {0};
+    for (uint32_t y = first_row; y < first_row + rows; y++)
+        for (uint32_t x = 0; x < grid.across; x++)
+            survey_cell(tracer, &surveying, &grid, x, y, survey, &counts);
+}
+
+/* Row by row and all at once, on one thread and several. */
+static void test_survey(void **state)
+{
+    (void)state;
+    struct traced traced;
+    uint32_t down = survey_grid(WIDTH, HEIGHT).down;
+    traced_init(&traced);
+    for (int threads = 1; threads <= 3; threads += 2) {
+        start(threads);
+        load(0);
+        for (uint32_t rows = 1; rows <= down; rows += down - 1) {
+            for (uint32_t row = 0; row < down; row += rows)
+                assert_true(pool_start(pool, row, 0, &(struct order){PASS_SURVEY, row, rows, surveying}));
+            for (uint32_t left = down / rows; left > 0; left--) {
+                struct pool_outcome outcome = wait_for_outcome();
+                struct survey survey = {0};
+                uint8_t expected[SURVEY_BYTES];
+                survey_rows(traced.tracer, (uint32_t)outcome.lease, rows, &survey);
+                survey_write(&survey, expected);
+                assert_int_equal(outcome.bytes.size, SURVEY_BYTES);
+                assert_memory_equal(outcome.bytes.data, expected, SURVEY_BYTES);
+                bytes_finish(&outcome.bytes);
+            }
+        }
+    }
+    traced_finish(&traced);
 }
 
 /* Two jobs at once, and a picture whose bands belong to both. */
 static void test_two_jobs(void **state)
 {
     (void)state;
-    struct bytes expected = expected_records(1);
+    struct bytes expected = expected_records(fixed(1));
     start(3);
-    load(4, 1);
-    load(5, 1);
+    load(4);
+    load(5);
     for (uint32_t row = 0; row < HEIGHT; row++)
-        assert_true(pool_start(pool, row + 1, 4 + row % 2, row, 1));
+        assert_true(ask(row + 1, 4 + row % 2, row, 1, fixed(1)));
     for (uint32_t row = 0; row < HEIGHT; row++)
         take_band(&expected);
     bytes_finish(&expected);
@@ -188,21 +318,21 @@ static void test_progress(void **state)
 {
     (void)state;
     uint64_t tiles, rays, expected_rays = 0;
-    struct bytes expected = expected_records(1);
+    struct bytes expected = expected_records(fixed(1));
     for (uint32_t y = 0; y < HEIGHT; y++) {
         struct row_figures figures;
-        row_record_decode(expected.data + y * record_bytes(), &figures);
+        row_figures_read(expected.data + y * record_bytes(), &figures);
         expected_rays += row_figures_rays(&figures);
     }
     start(2);
-    load(0, 1);
+    load(0);
     pool_progress(pool, &tiles, &rays);
     assert_int_equal(tiles, 0);
     assert_int_equal(rays, 0);
-    assert_true(pool_start(pool, 1, 0, 0, HEIGHT));
+    assert_true(ask(1, 0, 0, HEIGHT, fixed(1)));
     take_band(&expected);
     pool_progress(pool, &tiles, &rays);
-    assert_int_equal(tiles, 3 * 10); /* of 64 × 4 pixels */
+    assert_int_equal(tiles, 3 * 3); /* of 64 × 16 pixels */
     assert_int_equal(rays, expected_rays);
     bytes_finish(&expected);
 }
@@ -213,34 +343,39 @@ static void test_load_failure(void **state)
 {
     (void)state;
     start(2);
-    begin_load(3, "{\"camera\": 5}", 1);
+    begin_load(3, "{\"camera\": 5}", false);
     struct pool_outcome outcome = wait_for_outcome();
     assert_int_equal(outcome.kind, POOL_LOAD_FAILED);
     assert_int_equal(outcome.job, 3);
     assert_non_null(strstr(outcome.error.text, "scene.json"));
-    assert_false(pool_start(pool, 1, 3, 0, 1));
+    assert_false(ask(1, 3, 0, 1, fixed(1)));
     pool_forget(pool, 3);
-    load(3, 1);
-    assert_true(pool_start(pool, 1, 3, 0, 1));
+    load(3);
+    assert_true(ask(1, 3, 0, 1, fixed(1)));
 }
 
 static void test_wrong_rows(void **state)
 {
     (void)state;
     start(1);
-    assert_false(pool_start(pool, 1, 0, 0, 1));
-    begin_load(1, scene_text, 1);
+    assert_false(ask(1, 0, 0, 1, fixed(1)));
+    begin_load(1, scene_text, false);
     pool_forget(pool, 1); /* before, while or after it loads */
-    assert_false(pool_start(pool, 1, 1, 0, 1));
+    assert_false(ask(1, 1, 0, 1, fixed(1)));
     pool_cancel(pool, 7);
     pool_forget(pool, 7);
     start(1);
-    load(0, 1);
-    assert_false(pool_start(pool, 1, 0, 0, 0));
-    assert_false(pool_start(pool, 1, 0, HEIGHT, 1));
-    assert_false(pool_start(pool, 1, 0, HEIGHT - 1, 2));
-    assert_false(pool_start(pool, 1, 0, 1, UINT32_MAX));
-    assert_false(pool_start(pool, 1, 1, 0, 1));
+    load(0);
+    assert_false(ask(1, 0, 0, 0, fixed(1)));
+    assert_false(ask(1, 0, HEIGHT, 1, fixed(1)));
+    assert_false(ask(1, 0, HEIGHT - 1, 2, fixed(1)));
+    assert_false(ask(1, 0, 1, UINT32_MAX, fixed(1)));
+    assert_false(ask(1, 1, 0, 1, fixed(1)));
+    assert_false(ask(1, 0, 0, 1, fixed(0)));
+    assert_false(ask(1, 0, 0, 1, (struct sampling){2, 16, 40}));
+    assert_false(ask(1, 0, 0, 1, (struct sampling){16, 4, 40}));
+    assert_false(pool_start(pool, 1, 0, &(struct order){PASS_SURVEY, 0, 1, fixed(4)}));
+    assert_false(pool_start(pool, 1, 0, &(struct order){PASS_SURVEY, survey_grid(WIDTH, HEIGHT).down, 1, surveying}));
     struct pool_outcome outcome;
     assert_false(pool_take(pool, &outcome));
 }
@@ -254,14 +389,14 @@ static void test_descriptor(void **state)
     start(2);
     assert_false(is_readable());
     assert_false(pool_take(pool, &outcome));
-    load(0, 1);
-    assert_true(pool_start(pool, 1, 0, 0, 4));
+    load(0);
+    assert_true(ask(1, 0, 0, 4, fixed(1)));
     outcome = wait_for_outcome();
     bytes_finish(&outcome.bytes);
     assert_false(pool_take(pool, &outcome));
     assert_false(is_readable()); /* once pool_take has said that there is no more */
-    assert_true(pool_start(pool, 2, 0, 4, 4));
-    assert_true(pool_start(pool, 3, 0, 8, 4));
+    assert_true(ask(2, 0, 4, 4, fixed(1)));
+    assert_true(ask(3, 0, 8, 4, fixed(1)));
     struct pollfd descriptor = {.fd = pool_descriptor(pool), .events = POLLIN};
     for (int i = 0; i < 2; i++) {
         assert_int_equal(poll(&descriptor, 1, PATIENCE_MS), 1);
@@ -290,11 +425,11 @@ static void take_waiting(bool seen[HEIGHT + 1])
 static void test_cancel(void **state)
 {
     (void)state;
-    struct bytes expected = expected_records(SLOW_SAMPLES);
+    struct bytes expected = expected_records(fixed(SLOW_SAMPLES));
     bool seen[HEIGHT + 1] = {false};
     start(3);
-    load(0, SLOW_SAMPLES);
-    start_bands(0, 1);
+    load(0);
+    start_bands(0, 1, fixed(SLOW_SAMPLES));
     for (uint64_t lease = 2; lease <= HEIGHT; lease += 2)
         pool_cancel(pool, lease);
     take_waiting(seen);
@@ -303,7 +438,7 @@ static void test_cancel(void **state)
         left += !seen[lease];
     for (; left > 0; left--)
         assert_int_equal(take_band(&expected) % 2, 1);
-    assert_true(pool_start(pool, 2, 0, 1, 1)); /* a lease that was cancelled, again */
+    assert_true(ask(2, 0, 1, 1, fixed(SLOW_SAMPLES))); /* a lease that was cancelled, again */
     assert_int_equal(take_band(&expected), 2);
     bytes_finish(&expected);
 }
@@ -312,19 +447,19 @@ static void test_cancel(void **state)
 static void test_forget(void **state)
 {
     (void)state;
-    struct bytes expected = expected_records(1);
+    struct bytes expected = expected_records(fixed(1));
     bool seen[HEIGHT + 1] = {false};
     start(3);
-    load(0, SLOW_SAMPLES);
-    load(1, 1);
-    start_bands(0, 1);
+    load(0);
+    load(1);
+    start_bands(0, 1, fixed(SLOW_SAMPLES));
     pool_forget(pool, 0);
     take_waiting(seen);
-    assert_false(pool_start(pool, 1, 0, 0, 1));
-    for (size_t left = start_bands(1, 5); left > 0; left--) /* would show bands of the old job, by their bytes */
-        take_band(&expected);
-    load(0, 1);
-    for (size_t left = start_bands(0, 3); left > 0; left--)
+    assert_false(ask(1, 0, 0, 1, fixed(1)));
+    for (size_t left = start_bands(1, 5, fixed(1)); left > 0; left--)
+        take_band(&expected); /* would show bands of the old job, by their bytes */
+    load(0);
+    for (size_t left = start_bands(0, 3, fixed(1)); left > 0; left--)
         take_band(&expected);
     bytes_finish(&expected);
 }
@@ -334,17 +469,17 @@ static void test_destroy_while_busy(void **state)
     (void)state;
     for (int threads = 1; threads <= 4; threads++) {
         start(threads);
-        begin_load(0, scene_text, 1);
-        begin_load(1, scene_text, 1);
+        begin_load(0, scene_text, false);
+        begin_load(1, scene_text, false);
         pool_destroy(&pool); /* while it loads */
         start(threads);
-        load(0, SLOW_SAMPLES);
-        start_bands(0, 1);
+        load(0);
+        start_bands(0, 1, fixed(SLOW_SAMPLES));
         pool_cancel(pool, 3);
         pool_destroy(&pool); /* while it renders */
         start(threads);
-        load(0, 1);
-        start_bands(0, 2);
+        load(0);
+        start_bands(0, 2, fixed(1));
         struct pollfd descriptor = {.fd = pool_descriptor(pool), .events = POLLIN};
         assert_int_equal(poll(&descriptor, 1, PATIENCE_MS), 1);
         pool_destroy(&pool); /* with outcomes that nobody took */
@@ -354,7 +489,10 @@ static void test_destroy_while_busy(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_equal_bytes, finish),  cmocka_unit_test_teardown(test_two_jobs, finish),
+        cmocka_unit_test_teardown(test_equal_bytes, finish),
+        cmocka_unit_test_teardown(test_equal_bytes_of_adaptive_sampling, finish),
+        cmocka_unit_test_teardown(test_maps, finish),         cmocka_unit_test_teardown(test_survey, finish),
+        cmocka_unit_test_teardown(test_two_jobs, finish),
         cmocka_unit_test_teardown(test_progress, finish),     cmocka_unit_test_teardown(test_load_failure, finish),
         cmocka_unit_test_teardown(test_wrong_rows, finish),   cmocka_unit_test_teardown(test_descriptor, finish),
         cmocka_unit_test_teardown(test_cancel, finish),       cmocka_unit_test_teardown(test_forget, finish),

@@ -126,6 +126,22 @@ static void test_no_worker(void **state)
     assert_holds(text, "0:13     waiting"); /* the command's own time: the job's does not run yet */
 }
 
+static void test_an_error_asked_for(void **state)
+{
+    (void)state;
+    struct farm farm;
+    farm_init(&farm, 1, 1);
+    farm.jobs[0].error = 0.0025;
+    farm.jobs[0].samples = 4.0625;
+    assert_holds(block_of(&farm, 85, 24), "  1920 × 1080, error 0.0025, 4.1 samples\n");
+    farm.jobs[0].state = JOB_SURVEYING;
+    farm.jobs[0].samples = 0;
+    farm.jobs[0].rows_done = 0;
+    assert_holds(block_of(&farm, 85, 24), "  1920 × 1080, error 0.0025\n");
+    assert_holds(block_of(&farm, 85, 24), "   0 %   0:12   surveying   3.1 M rays/s\n");
+    assert_string_equal(line_of(&farm), "weft: showcase.json: surveying, 12 s elapsed, 3.1 M rays/s, 1 worker\n");
+}
+
 static void test_several_jobs(void **state)
 {
     (void)state;
@@ -295,6 +311,7 @@ int main(void)
         cmocka_unit_test(test_block_narrow),
         cmocka_unit_test(test_many_workers_are_capped),
         cmocka_unit_test(test_no_worker),
+        cmocka_unit_test(test_an_error_asked_for),
         cmocka_unit_test(test_several_jobs),
         cmocka_unit_test(test_no_jobs),
         cmocka_unit_test(test_percent_is_100_only_when_done),

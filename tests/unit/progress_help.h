@@ -2,6 +2,7 @@
 #ifndef WEFT_TESTS_UNIT_PROGRESS_HELP_H
 #define WEFT_TESTS_UNIT_PROGRESS_HELP_H
 
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -25,6 +26,8 @@ static inline struct job_snapshot job_of(const char *scene, const char *output, 
                                  .width = 1920,
                                  .height = 1080,
                                  .samples = 16,
+                                 .samples_max = 16,
+                                 .rmse = NAN,
                                  .rows_done = rows_done,
                                  .rows_in_work = 108,
                                  .rays = 36000000,

@@ -56,11 +56,16 @@ static void test_json_members(void **state)
     assert_int_equal(cJSON_GetArraySize(member(json, "jobs")), 2);
     assert_int_equal(cJSON_GetArraySize(member(json, "workers")), 3);
     const cJSON *job = cJSON_GetArrayItem(member(json, "jobs"), 0);
-    assert_keys(job, "scene output state width height samples rows_done rows_in_work rays elapsed remaining");
+    assert_keys(job, "scene output state width height samples_max samples error rmse rows_done rows_in_work rays"
+                     " elapsed remaining");
     assert_string_equal(member(job, "scene")->valuestring, "scenes/showcase.json");
     assert_string_equal(member(job, "state")->valuestring, "running");
     assert_int_equal(member(job, "rays")->valuedouble, 36000000);
     assert_true(member(job, "remaining")->valuedouble == 14.2);
+    assert_int_equal(member(job, "samples_max")->valuedouble, 16);
+    assert_int_equal(member(job, "samples")->valuedouble, 16);
+    assert_true(cJSON_IsNull(member(job, "error")));
+    assert_true(cJSON_IsNull(member(job, "rmse")));
     assert_true(cJSON_IsNull(member(cJSON_GetArrayItem(member(json, "jobs"), 1), "remaining")));
     const cJSON *worker = cJSON_GetArrayItem(member(json, "workers"), 1);
     assert_keys(worker,
@@ -68,6 +73,28 @@ static void test_json_members(void **state)
     assert_string_equal(member(worker, "host")->valuestring, "münchen");
     assert_string_equal(member(worker, "state")->valuestring, "idle");
     assert_int_equal(member(worker, "pid")->valuedouble, 4000);
+    cJSON_Delete(json);
+}
+
+static void test_json_of_an_error(void **state)
+{
+    (void)state;
+    struct farm farm;
+    farm_init(&farm, 2, 1);
+    farm.jobs[0] = job_of("a.json", "a.png", JOB_SURVEYING, 0);
+    farm.jobs[0].samples = 0;
+    farm.jobs[0].error = 0.0005;
+    farm.jobs[1] = job_of("b.json", "b.png", JOB_DONE, 1080);
+    farm.jobs[1].samples = 4.125;
+    farm.jobs[1].rmse = 0.000471;
+    cJSON *json = json_of(&farm);
+    const cJSON *first = cJSON_GetArrayItem(member(json, "jobs"), 0);
+    assert_string_equal(member(first, "state")->valuestring, "surveying");
+    assert_true(cJSON_IsNull(member(first, "samples")));
+    assert_true(member(first, "error")->valuedouble == 0.0005);
+    const cJSON *second = cJSON_GetArrayItem(member(json, "jobs"), 1);
+    assert_true(member(second, "samples")->valuedouble == 4.125);
+    assert_true(member(second, "rmse")->valuedouble == 0.000471);
     cJSON_Delete(json);
 }
 
@@ -101,6 +128,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_json_members),
+        cmocka_unit_test(test_json_of_an_error),
         cmocka_unit_test(test_json_strings),
         cmocka_unit_test(test_json_empty),
     };

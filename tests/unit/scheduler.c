@@ -36,19 +36,20 @@ static int finish(void **state)
     return 0;
 }
 
-/* "grant w1 j0 4+2 #7": to worker 1 rows 4 and 5 of job 0 under lease 7. */
+/* "grant w1 j0 4+2 #7": to worker 1 rows 4 and 5 of job 0 under lease 7; those of its survey: "grant w1 s0 4+2 #7". */
 static void describe(const struct action *a, char *text, size_t size)
 {
+    char pass = a->pass == PASS_SURVEY ? 's' : 'j';
     switch (a->kind) {
     case ACTION_ANNOUNCE:
         snprintf(text, size, "announce w%u j%u", a->worker, a->job);
         break;
     case ACTION_GRANT:
-        snprintf(text, size, "grant w%u j%u %u+%u #%llu", a->worker, a->job, a->first_row, a->rows,
+        snprintf(text, size, "grant w%u %c%u %u+%u #%llu", a->worker, pass, a->job, a->first_row, a->rows,
                  (unsigned long long)a->lease);
         break;
     case ACTION_ACCEPT:
-        snprintf(text, size, "accept j%u %u+%u", a->job, a->first_row, a->rows);
+        snprintf(text, size, "accept %c%u %u+%u", pass, a->job, a->first_row, a->rows);
         break;
     case ACTION_ACK:
         snprintf(text, size, "ack w%u #%llu", a->worker, (unsigned long long)a->lease);
@@ -62,11 +63,14 @@ static void describe(const struct action *a, char *text, size_t size)
     case ACTION_EXPEL:
         snprintf(text, size, "expel w%u", a->worker);
         break;
+    case ACTION_SURVEYED:
+        snprintf(text, size, "surveyed j%u", a->job);
+        break;
     case ACTION_DONE:
         snprintf(text, size, "done j%u", a->job);
         break;
     case ACTION_FAIL:
-        snprintf(text, size, "fail j%u %u+%u", a->job, a->first_row, a->rows);
+        snprintf(text, size, "fail %c%u %u+%u", pass, a->job, a->first_row, a->rows);
         break;
     }
 }
@@ -94,6 +98,11 @@ static void expect(struct event event, const char *expected)
 static struct event job(uint32_t rows)
 {
     return (struct event){.kind = EVENT_JOB, .rows = rows};
+}
+
+static struct event surveyed_job(uint32_t survey_rows, uint32_t rows)
+{
+    return (struct event){.kind = EVENT_JOB, .survey_rows = survey_rows, .rows = rows};
 }
 
 static struct event join(uint32_t worker, uint32_t threads, uint32_t credit)
@@ -520,6 +529,85 @@ static void test_backup_beyond_a_finished_job(void **state)
     expect(plain(EVENT_TICK, 0), "grant w1 j2 10+10 #5");
 }
 
+/* --- surveys ---------------------------------------------------------------------------------------------- */
+
+/* Rows of both passes count from 0; bands of a survey are cut automatically, and the render waits for the last. */
+static void test_survey(void **state)
+{
+    (void)state;
+    struct action grant;
+    start(4);
+    tell(surveyed_job(2, 6));
+    expect(join(1, 1, 2), "announce w1 j0");
+    expect(ready(1, 0), "grant w1 s0 0+1 #1, grant w1 s0 1+1 #2");
+    assert_int_equal(scheduler_rows_leased(scheduler, 0), 2);
+    assert_true(scheduler_lease(scheduler, 1, 2, &grant));
+    assert_int_equal(grant.pass, PASS_SURVEY);
+    expect(result(1, 2), "ack w1 #2, accept s0 1+1");
+    expect(result(1, 1), "ack w1 #1, accept s0 0+1, surveyed j0, grant w1 j0 0+4 #3, grant w1 j0 4+2 #4");
+    assert_int_equal(scheduler_rows_leased(scheduler, 0), 6);
+    assert_true(scheduler_lease(scheduler, 1, 4, &grant));
+    assert_int_equal(grant.pass, PASS_RENDER);
+    expect(result(1, 1), "ack w1 #1"); /* of the survey, answered again */
+    expect(result(1, 3), "ack w1 #3, accept j0 0+4");
+    expect(result(1, 4), "ack w1 #4, accept j0 4+2, end w1 j0, done j0");
+}
+
+/* While a survey's last band is out there is the next job to work on. */
+static void test_next_job_during_a_survey(void **state)
+{
+    (void)state;
+    start(4);
+    tell(surveyed_job(1, 4));
+    tell(surveyed_job(1, 4));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 2));
+    tell(ready(2, 0));
+    expect(ready(2, 1), "grant w2 s1 0+1 #2");
+    tell(ready(1, 0));
+    expect(ready(1, 1), "");
+    expect(result(2, 2), "ack w2 #2, accept s1 0+1, surveyed j1, grant w1 j1 0+4 #3");
+    expect(result(2, 1), "ack w2 #1, accept s0 0+1, surveyed j0, grant w2 j0 0+4 #4");
+    expect(result(1, 3), "ack w1 #3, accept j1 0+4, end w1 j1, end w2 j1, done j1");
+    expect(result(2, 4), "ack w2 #4, accept j0 0+4, end w1 j0, end w2 j0, done j0");
+}
+
+/* Copies of a survey's band are revoked before the render begins, and how long a survey's bands took says nothing of
+ * the render's. */
+static void test_straggling_survey(void **state)
+{
+    (void)state;
+    start(4);
+    tell(surveyed_job(2, 4));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 1));
+    expect(ready(1, 0), "grant w1 s0 0+1 #1");
+    expect(ready(2, 0), "grant w2 s0 1+1 #2");
+    now_ms += 10;
+    expect(result(1, 1), "ack w1 #1, accept s0 0+1");
+    now_ms += 200;
+    expect(plain(EVENT_BEAT, 2), "grant w1 s0 1+1 #3");
+    expect(result(1, 3), "ack w1 #3, accept s0 1+1, revoke w2 #2, surveyed j0, grant w1 j0 0+4 #4");
+    now_ms += 1000;
+    expect(plain(EVENT_BEAT, 2), "");
+    expect(result(2, 2), "ack w2 #2");
+    now_ms += 1000; /* two seconds, as where nothing was answered yet */
+    expect(plain(EVENT_BEAT, 1), "grant w2 j0 0+4 #5");
+    expect(result(2, 5), "ack w2 #5, accept j0 0+4, revoke w1 #4, end w1 j0, end w2 j0, done j0");
+}
+
+static void test_lost_survey(void **state)
+{
+    (void)state;
+    start(4);
+    tell(surveyed_job(1, 4));
+    for (uint32_t worker = 1; worker <= SCHEDULER_LOSSES_MAX; worker++) {
+        tell(join(worker, 1, 1));
+        tell(ready(worker, 0));
+        expect(plain(EVENT_LOST, worker), worker < SCHEDULER_LOSSES_MAX ? "" : "fail s0 0+1");
+    }
+}
+
 /* --- what should not happen ------------------------------------------------------------------------------- */
 
 static void test_harmless_events(void **state)
@@ -568,6 +656,10 @@ int main(void)
         cmocka_unit_test_teardown(test_jobs_overlap, finish),
         cmocka_unit_test_teardown(test_late_joiner, finish),
         cmocka_unit_test_teardown(test_backup_beyond_a_finished_job, finish),
+        cmocka_unit_test_teardown(test_survey, finish),
+        cmocka_unit_test_teardown(test_next_job_during_a_survey, finish),
+        cmocka_unit_test_teardown(test_straggling_survey, finish),
+        cmocka_unit_test_teardown(test_lost_survey, finish),
         cmocka_unit_test_teardown(test_harmless_events, finish),
     };
     return cmocka_run_group_tests_name("scheduler", tests, NULL, NULL);

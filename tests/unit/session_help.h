@@ -130,7 +130,8 @@ static inline void describe_action(struct session_action *a, char *text, size_t 
     else if (a->kind == SESSION_LOAD)
         snprintf(text, size, "LOAD %u", a->job);
     else if (a->kind == SESSION_START)
-        snprintf(text, size, "START %u #%llu %u+%u", a->job, lease, a->first_row, a->rows);
+        snprintf(text, size, "START%s %u #%llu %u+%u", a->order.pass == PASS_SURVEY ? " SURVEY" : "", a->job, lease,
+                 a->order.first_row, a->order.rows);
     else if (a->kind == SESSION_CANCEL)
         snprintf(text, size, "CANCEL #%llu", lease);
     else if (a->kind == SESSION_FORGET)
@@ -199,7 +200,7 @@ static inline struct message job(uint32_t number, size_t manifest)
 {
     return (struct message){.kind = MESSAGE_JOB, .job = {
         .job = number, .manifest = files[manifest].digest, .manifest_bytes = files[manifest].bytes.size,
-        .settings = {.width = 64, .height = HEIGHT, .samples = 1}}};
+        .settings = {.width = 64, .height = HEIGHT}}};
 }
 
 /* Chunk number `chunk` of a file. */
@@ -215,7 +216,15 @@ static inline struct message asset(size_t file, size_t chunk)
 static inline struct message band(uint32_t number, uint64_t lease, uint32_t first_row, uint32_t rows)
 {
     return (struct message){.kind = MESSAGE_BAND,
-                            .band = {.job = number, .lease = lease, .first_row = first_row, .rows = rows}};
+                            .band = {.job = number, .lease = lease, .pass = PASS_RENDER, .first_row = first_row,
+                                     .rows = rows, .sampling = {1, 1, 0}}};
+}
+
+static inline struct message survey_band(uint32_t number, uint64_t lease, uint32_t first_row, uint32_t rows)
+{
+    return (struct message){.kind = MESSAGE_BAND,
+                            .band = {.job = number, .lease = lease, .pass = PASS_SURVEY, .first_row = first_row,
+                                     .rows = rows, .sampling = {1, 64, 100}}};
 }
 
 static inline struct message end_of(uint32_t number)

@@ -1,5 +1,6 @@
 /* The worker's session at work: fetching files, loading jobs, and returning bands. */
 #include "tests/unit/session_help.h"
+#include "trace/survey.h"
 
 /* What a coordinator that breaks the protocol gets: everything dropped, and a pause before the next HELLO. */
 static void assert_broken_off(const char *reason)
@@ -281,6 +282,43 @@ static void test_wrong_bands(void **state)
     }
 }
 
+/* The rows of a survey are those of its grid. */
+static void test_survey(void **state)
+{
+    (void)state;
+    uint32_t down = survey_grid(64, HEIGHT).down;
+    start_ready(false);
+    receive(survey_band(0, 1, 0, 1), "START SURVEY 0 #1 0+1");
+    rendered(1, SURVEY_BYTES, "RESULT 0 #1");
+    char last[40];
+    snprintf(last, sizeof last, "START SURVEY 0 #2 %u+1", down - 1);
+    receive(survey_band(0, 2, down - 1, 1), last);
+    receive(survey_band(0, 3, down - 1, 2), "FORGET 0, RECONNECT");
+    assert_broken_off("a band that is not of a ready job");
+}
+
+static void test_sampling_of_bands(void **state)
+{
+    (void)state;
+    static const struct {
+        struct band_sampling sampling;
+        bool renders, surveys;
+    } cases[] = {
+        {{1, 1, 0}, true, false},   {{7, 7, 255}, true, false},  {{65536, 65536, 0}, true, false},
+        {{1, 4, 0}, true, true},    {{1, 1024, 255}, true, true}, {{1, 65536, 9}, true, true},
+        {{4, 16, 100}, true, false}, {{2, 16, 100}, false, false}, {{8, 16, 100}, true, false},
+        {{1, 2, 100}, false, false}, {{1, 1000, 9}, false, false}, {{4, 12, 9}, false, false},
+    };
+    for (size_t i = 0; i < 2 * (sizeof cases / sizeof *cases); i++) {
+        bool survey = i % 2, good = survey ? cases[i / 2].surveys : cases[i / 2].renders;
+        struct message message = survey ? survey_band(0, 1, 0, 1) : band(0, 1, 0, 1);
+        message.band.sampling = cases[i / 2].sampling;
+        finish(NULL);
+        start_ready(false);
+        receive(message, !good ? "FORGET 0, RECONNECT" : survey ? "START SURVEY 0 #1 0+1" : "START 0 #1 0+1");
+    }
+}
+
 static void test_band_too_early(void **state)
 {
     (void)state;
@@ -311,6 +349,8 @@ int main(void)
         cmocka_unit_test_teardown(test_revoke, finish),
         cmocka_unit_test_teardown(test_end, finish),
         cmocka_unit_test_teardown(test_wrong_bands, finish),
+        cmocka_unit_test_teardown(test_survey, finish),
+        cmocka_unit_test_teardown(test_sampling_of_bands, finish),
         cmocka_unit_test_teardown(test_band_too_early, finish),
     };
     return cmocka_run_group_tests_name("session at work", tests, NULL, NULL);

@@ -242,7 +242,7 @@ static void check_footprints(struct world world, double tolerance)
         struct ray ray = ray_along(vec3_scale(random_vector(i, 3), 0.1), vec3_make(0, 0, 1));
         ray.direction = vec3_normalize(vec3_sub(target, ray.origin));
         struct footprint footprint = {random_vector(i, 6), random_vector(i, 9), random_vector(i, 12),
-                                      random_vector(i, 15)};
+                                      random_vector(i, 15), 0.25, -0.4};
         footprint.direction_x = vec3_add_scaled(footprint.direction_x, ray.direction,
                                                 -vec3_dot(footprint.direction_x, ray.direction));
         footprint.direction_y = vec3_add_scaled(footprint.direction_y, ray.direction,

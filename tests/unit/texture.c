@@ -192,9 +192,10 @@ static void patterns_are_filtered_over_the_footprint(void **state)
         struct vec3 p = vec3_scale(random_vector(i, 0), 3);
         double width = random_between(i, 3, 0, 1) * (i % 2 ? 0.5 : 6), height = random_between(i, 4, 0, 2);
         double mean = counted_mean(p.x, width), tolerance = (width + 2) / 10000;
-        struct vec3 across = vec3_make(width, 0, 0), half = vec3_make(width / 2, 0.3, 0);
+        struct vec3 across = vec3_make(width, 0, 0), along = vec3_make(0, 0.3, -0.2);
         assert_true(fabs(color_over(&lines, p, across, grey(0)).x - mean) < tolerance);
-        assert_true(fabs(color_over(&lines, p, half, vec3_neg(half)).x - mean) < tolerance);
+        assert_true(fabs(color_over(&lines, p, across, along).x - mean) < tolerance);
+        assert_true(fabs(color_over(&lines, p, along, across).x - mean) < tolerance);
         double both = 2 * mean - 1, by_z = 2 * counted_mean(p.z, height) - 1;
         double parity = floor(p.y) - 2 * floor(floor(p.y) / 2) == 0 ? 1 : -1;
         struct vec3 color = color_over(&cubes, p, across, vec3_make(0, 0, height));
@@ -205,6 +206,39 @@ static void patterns_are_filtered_over_the_footprint(void **state)
     assert_true(fabs(endless.x - 0.5) < 1e-6);
     world_end(&lines);
     world_end(&cubes);
+}
+
+/* The share of even cells over s ± a/2 ± b/2, counted at many points. */
+static double counted_mean_of_both(double s, double a, double b)
+{
+    enum { POINTS = 100 };
+    double sum = 0;
+    for (int i = 0; i < POINTS; i++)
+        for (int k = 0; k < POINTS; k++) {
+            double cell = floor(s + a * ((i + 0.5) / POINTS - 0.5) + b * ((k + 0.5) / POINTS - 0.5));
+            sum += cell - 2 * floor(cell / 2) == 0;
+        }
+    return sum / (POINTS * POINTS);
+}
+
+/* Over a footprint across which the pattern changes along both edges: far nearer than the mean over their sum would be. */
+static void slanting_footprints_are_no_wider_than_they_are(void **state)
+{
+    (void)state;
+    struct world lines = plain_world(stripes(vec3_make(1, 0, 0), 1));
+    double off = 0, off_by_sum = 0;
+    for (uint32_t i = 0; i < 1000; i++) {
+        struct vec3 p = vec3_scale(random_vector(i, 5), 3);
+        double a = random_between(i, 6, -1, 1), b = random_between(i, 7, -1, 1);
+        double mean = counted_mean_of_both(p.x, a, b);
+        double found = color_over(&lines, p, vec3_make(a, 0.1, 0), vec3_make(b, 0, 0.3)).x;
+        double by_sum = counted_mean(p.x, fabs(a) + fabs(b));
+        off += (found - mean) * (found - mean);
+        off_by_sum += (by_sum - mean) * (by_sum - mean);
+    }
+    print_message("# off by %.4f, by the sum of the edges %.4f\n", sqrt(off / 1000), sqrt(off_by_sum / 1000));
+    assert_true(off < off_by_sum / 16);
+    world_end(&lines);
 }
 
 /* A flat surface on a cell's border has one colour a cell, not noise; through whole surfaces, as a ray finds
@@ -432,6 +466,7 @@ int main(void)
         cmocka_unit_test(gradient_is_linear_and_clamped),
         cmocka_unit_test(patterns_are_in_object_coordinates),
         cmocka_unit_test(patterns_are_filtered_over_the_footprint),
+        cmocka_unit_test(slanting_footprints_are_no_wider_than_they_are),
         cmocka_unit_test(flat_surfaces_drop_their_own_coordinate),
         cmocka_unit_test(sphere_map_is_upright),
         cmocka_unit_test(cylinder_map_is_upright),

@@ -16,6 +16,13 @@ static void inherit(const struct path_batch *paths, const struct surfaces *surfa
         sample[i] = from_sample[path[surface[i]]];
         medium[i] = from_medium[path[surface[i]]];
     }
+    for (int axis = 0; axis < 2 && paths->has_footprints; axis++) {
+        const double *from = paths->shift[axis];
+        double *to = children->shift[axis] + children->rays.count;
+        LANES_LOOP
+        for (size_t i = 0; i < count; i++)
+            to[i] = from[path[surface[i]]];
+    }
 }
 
 /* --- mirrored --------------------------------------------------------------------------------------------- */

@@ -19,7 +19,7 @@ LANES_DECLARE_THESE(LANES_SUFFIX);
         double *share = patterned->share;                                                                    \
         LANES_LOOP                                                                                           \
         for (size_t i = first; i < end; i++) {                                                               \
-            struct texture_area area = {lane_get(s.position, surface[i]), lane_get(s.spread[0], surface[i]), \
+            struct texture_area area = {lane_get(s.middle, surface[i]), lane_get(s.spread[0], surface[i]),   \
                                         lane_get(s.spread[1], surface[i])};                                  \
             double flat = flat_axis[i];                                                                      \
             (void)flat;                                                                                      \
@@ -79,7 +79,7 @@ static inline void put_point(double *const point[6], size_t i, struct image_poin
         const struct imaged to = *imaged;                                                                    \
         LANES_LOOP                                                                                           \
         for (size_t i = first; i < end; i++) {                                                               \
-            struct texture_area all = {lane_get(s.position, to.surface[i]), lane_get(s.spread[0], to.surface[i]), \
+            struct texture_area all = {lane_get(s.middle, to.surface[i]), lane_get(s.spread[0], to.surface[i]), \
                                        lane_get(s.spread[1], to.surface[i])}, *area = &all;                  \
             double given = to.face[i], chosen = chosen_face, face = given < 0 ? chosen : given;              \
             to.face[i] = face;                                                                               \

@@ -73,6 +73,8 @@ static void mark_open_frustums(const struct plan *plan, const struct surfaces *s
                                              lane_get(paths->footprint[2], path[i]));                        \
             struct vec3 y = surface_transfer(d, s.t[i], n, lane_get(paths->footprint[1], path[i]),           \
                                              lane_get(paths->footprint[3], path[i]));                        \
+            double along_x = paths->shift[0][path[i]], along_y = paths->shift[1][path[i]];                   \
+            lane_put(s.middle, i, vec3_add_scaled(vec3_add_scaled(p, x, along_x), y, along_y));              \
             lane_put(s.spread[0], i, x);                                                                     \
             lane_put(s.spread[1], i, y);                                                                     \
             lane_put(s.spread[2], i, change_x);                                                              \

@@ -1,0 +1,65 @@
+/*
+ * The survey: the first pass of a render that is to meet a given error. Pixels spread over the image are sampled far
+ * more finely than they would be, and for each threshold it is noted how many samples they would have got and how far
+ * off they would have been. Sums of whole numbers, so that they come out the same however the work was shared out.
+ */
+#ifndef WEFT_TRACE_SURVEY_H
+#define WEFT_TRACE_SURVEY_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "trace/sampling.h"
+#include "trace/tracer.h"
+
+/* The image is cut into cells of equal size (those at the right and lower edge may be smaller), and a block of each, at
+ * a place hashed from the cell's, is surveyed. */
+struct survey_grid {
+    uint32_t width, height;   /* of the image, pixels */
+    uint32_t side;            /* of a cell, pixels */
+    uint32_t across, down;    /* cells */
+};
+
+struct survey_grid survey_grid(uint32_t width, uint32_t height);
+
+/* What pixels would have come to under one threshold. Errors are those of sampling_error, in units of PIXEL_ERROR_UNIT,
+ * of pixels with one sample ([0]) and with more ([1]). */
+struct survey_outcome {
+    uint64_t samples;
+    int64_t error[2];      /* measured against samples of their own: right on average */
+    uint64_t estimated[2]; /* by the pixels' own samples, as a render would estimate it */
+};
+
+/* policy[i]: at least 4^i samples. */
+enum { SURVEY_POLICIES = 4 };
+struct survey {
+    uint64_t pixels, rays; /* rays: of every kind, that the survey took */
+    struct survey_outcome policy[SURVEY_POLICIES][SAMPLING_THRESHOLDS];
+};
+
+enum { SURVEY_BYTES = 16 + SURVEY_POLICIES * SAMPLING_THRESHOLDS * 5 * 8 };
+
+/* The sampling that the survey itself needs for a render that is to meet `error` (RMSE as shown, 0..1) with at most
+ * `most` samples a pixel, one of sampling_stage's from 4 on: its threshold is the finest that may be chosen. */
+struct sampling survey_sampling(uint32_t most, double error);
+
+/* Surveys the block of one cell (x < across, y < down) and adds what it finds, and the rays that it took. */
+void survey_cell(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid, uint32_t x,
+                 uint32_t y, struct survey *survey, struct ray_counts *counts);
+
+void survey_add(struct survey *to, const struct survey *from);
+
+/* Little-endian, bytes[SURVEY_BYTES]. */
+void survey_write(const struct survey *survey, uint8_t *bytes);
+void survey_read(struct survey *survey, const uint8_t *bytes);
+
+/* The cheapest sampling whose error was at most `error`; if none was, the finest. `surveyed` is what survey_sampling
+ * gave. */
+struct sampling survey_choose(const struct survey *survey, const struct sampling *surveyed, double error);
+
+/* The RMSE (as shown, 0..1) of a render by that sampling, adaptive: `estimated` are its pixels' own estimates, summed as
+ * in survey_outcome, and corrected by how such estimates were off in the survey. */
+double survey_error(const struct survey *survey, const struct sampling *sampling, uint64_t pixels,
+                    const uint64_t estimated[2]);
+
+#endif

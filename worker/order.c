@@ -1,0 +1,39 @@
+#include "worker/order.h"
+
+#include "trace/survey.h"
+
+struct order order_of(const struct message *band)
+{
+    return (struct order){
+        .pass = (enum render_pass)band->band.pass,
+        .first_row = band->band.first_row,
+        .rows = band->band.rows,
+        .sampling = {band->band.sampling.least, band->band.sampling.most, band->band.sampling.threshold},
+    };
+}
+
+static bool is_stage(uint32_t samples)
+{
+    return sampling_stage(sampling_stage_within(samples)) == samples;
+}
+
+static bool is_fixed(const struct sampling *sampling)
+{
+    return sampling_is_fixed(sampling) && sampling->least >= 1 && sampling->most <= MESSAGE_SAMPLES_MAX;
+}
+
+static bool is_adaptive(const struct sampling *sampling)
+{
+    return is_stage(sampling->least) && is_stage(sampling->most) && sampling->most > sampling->least &&
+           sampling->most <= MESSAGE_SAMPLES_MAX &&
+           sampling->threshold < SAMPLING_THRESHOLDS;
+}
+
+bool order_fits(const struct order *order, uint32_t width, uint32_t height)
+{
+    const struct sampling *sampling = &order->sampling;
+    bool surveys = order->pass == PASS_SURVEY;
+    uint32_t rows = surveys ? survey_grid(width, height).down : height;
+    return order->rows > 0 && order->first_row < rows && order->rows <= rows - order->first_row &&
+           (surveys ? is_adaptive(sampling) && sampling->least == 1 : is_fixed(sampling) || is_adaptive(sampling));
+}
