@@ -48,9 +48,9 @@ OBJECTS = $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM) $(wildcard coordinator/m
 PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker/main.c),$(B)/weft-worker)
 
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c))
-SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t)
+SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t tests/bench/*/*.t)
 
-.PHONY: all demo test test-one-mode test-isa bench bench-peers clean help
+.PHONY: all demo test test-one-mode test-isa bench bench-peers bench-error clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
@@ -64,6 +64,9 @@ help:
 	@echo 'make bench-peers'
 	@echo '                CPU time against POV-Ray and Tachyon (installing them, by apt); FULL=1: at full size;'
 	@echo '                NFF=FOLDER: other copies of the .nff scenes; PEERS=--help: other options of the script'
+	@echo 'make bench-error'
+	@echo '                error against CPU time of weft, POV-Ray and Tachyon, with plots (an hour and a half;'
+	@echo '                installing gnuplot too); FULL=1, NFF=FOLDER: as above; ERROR=--help: other options'
 	@echo 'make clean      removes what was built'
 	@echo 'CC=clang builds with clang; MODE=sanitize B=build/sanitize builds with sanitizers'
 
@@ -156,6 +159,9 @@ bench: all $(BENCHES)
 
 bench-peers: all $(B)/bench/export
 	WEFT_BUILD=$(B) CC=$(CC) tests/bench/peers/run $(if $(FULL),--full) $(if $(NFF),--nff '$(NFF)') $(PEERS)
+
+bench-error: all $(B)/bench/export
+	WEFT_BUILD=$(B) CC=$(CC) tests/bench/error/run $(if $(FULL),--full) $(if $(NFF),--nff '$(NFF)') $(ERROR)
 
 clean:
 	rm -rf $(B)
