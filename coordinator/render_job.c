@@ -33,6 +33,8 @@ static void choose_sampling(struct render_job *job, uint32_t scene_samples, cons
         samples = scene_samples;
     if (samples) {
         job->sampling = (struct sampling){samples, samples, 0};
+        if (samples == 1)
+            job->surveying = survey_sampling(4, RENDER_ERROR_DEFAULT);
         return;
     }
     most = sampling_stage(sampling_stage_within(most ? most : RENDER_SAMPLES_MAX_DEFAULT));
@@ -122,7 +124,7 @@ void render_job_finish(struct render_job *job)
 
 uint32_t render_job_survey_rows(const struct render_job *job)
 {
-    return job->error > 0 ? survey_grid(job->settings.width, job->settings.height).down : 0;
+    return job->surveying.most > 0 ? survey_grid(job->settings.width, job->settings.height).down : 0;
 }
 
 void render_job_take_survey(struct render_job *job, const uint8_t *bytes)
@@ -134,7 +136,8 @@ void render_job_take_survey(struct render_job *job, const uint8_t *bytes)
 
 void render_job_end_survey(struct render_job *job)
 {
-    job->sampling = survey_choose(&job->survey, &job->surveying, job->error);
+    if (job->error > 0)
+        job->sampling = survey_choose(&job->survey, &job->surveying, job->error);
 }
 
 double render_job_samples(const struct render_job *job)
@@ -148,8 +151,10 @@ double render_job_rmse(const struct render_job *job)
 {
     const uint64_t *error = job->figures.error;
     uint64_t pixels = (uint64_t)job->settings.width * job->settings.height;
-    if (error[0] == UINT64_MAX || error[1] == UINT64_MAX || job->sampling.most == 1)
+    if (error[0] == UINT64_MAX || error[1] == UINT64_MAX)
         return NAN;
+    if (job->sampling.most == 1)
+        return survey_error_of_one(&job->survey);
     if (job->error > 0)
         return survey_error(&job->survey, &job->sampling, pixels, error);
     return sqrt(((double)error[0] + (double)error[1]) * PIXEL_ERROR_UNIT / (double)pixels);

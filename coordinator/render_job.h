@@ -32,8 +32,8 @@ struct render_job {
     struct digest manifest_digest;
     struct job_settings settings;
     double error;                   /* RMSE to be met; 0: the sampling is fixed */
-    struct survey survey;           /* where an error is to be met: the sum of what has come */
-    struct sampling surveying;      /* the sampling of the survey */
+    struct survey survey;           /* where an error is to be met, or one sample to be judged: the sum of what has come */
+    struct sampling surveying;      /* the sampling of the survey; most == 0: there is none */
     struct sampling sampling;       /* the render's; known once all is surveyed, but for `most` */
     struct assembly *assembly;      /* NULL once the output is complete or abandoned */
     enum job_state state;

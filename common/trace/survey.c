@@ -212,6 +212,13 @@ struct sampling survey_choose(const struct survey *survey, const struct sampling
     return chosen;
 }
 
+/* No pixel goes on at threshold 0. */
+double survey_error_of_one(const struct survey *survey)
+{
+    double sum = (double)survey->policy[0][0].error[0];
+    return sum > 0 ? sqrt(sum * PIXEL_ERROR_UNIT / (double)survey->pixels) : 0;
+}
+
 double survey_error(const struct survey *survey, const struct sampling *sampling, uint64_t pixels,
                     const uint64_t estimated[2])
 {

@@ -57,7 +57,10 @@ void survey_read(struct survey *survey, const uint8_t *bytes);
  * gave. */
 struct sampling survey_choose(const struct survey *survey, const struct sampling *surveyed, double error);
 
-/* The RMSE (as shown, 0..1) of a render by that sampling, adaptive: `estimated` are its pixels' own estimates, summed as
+/* The RMSE (as shown, 0..1) of a render by one sample a pixel. */
+double survey_error_of_one(const struct survey *survey);
+
+/* The RMSE of a render by that sampling, adaptive: `estimated` are its pixels' own estimates, summed as
  * in survey_outcome, and corrected by how such estimates were off in the survey. */
 double survey_error(const struct survey *survey, const struct sampling *sampling, uint64_t pixels,
                     const uint64_t estimated[2]);
