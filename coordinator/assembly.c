@@ -6,42 +6,60 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "coordinator/map_colours.h"
+
+/* What is written: the picture first. */
+enum { PICTURE, SAMPLE_MAP, ERROR_MAP, FILES };
 
 /*
  * A thread of its own, the encoder, writes the rows. When a late band frees all that waited below it there may be
  * seconds of work at once, in which the coordinator must go on answering its workers.
  */
 struct assembly {
-    struct image_writer *writer; /* the encoder's alone while that runs */
-    uint32_t height;
+    struct image_writer *writers[FILES]; /* the encoder's alone while that runs; NULL: not asked for */
+    uint8_t *colours;                    /* of a row of a map, the encoder's */
+    uint32_t width, height;
     struct row_layout layout;
     uint32_t taken; /* rows, in any order */
-    struct row_figures figures;
     pthread_t encoder;
     bool encoder_started;
 
     pthread_mutex_t mutex; /* guards what follows */
     pthread_cond_t changed;
-    uint8_t **waiting;  /* pixels of rows that the encoder is yet to take, or NULL */
+    uint8_t **waiting;  /* of rows that the encoder is yet to take: the record behind its figures, or NULL */
     uint32_t next;      /* the row that it takes next */
     bool abandoned;     /* it is to end at once */
     enum status status; /* other than STATUS_OK: writing failed, and it has ended */
     struct error error;
 };
 
-struct assembly *assembly_create(const char *path, const struct image_description *description, bool maps,
+static enum status open_files(struct assembly *a, const struct assembly_paths *paths,
+                              const struct image_description *description, struct error *error)
+{
+    const char *const names[FILES] = {paths->picture, paths->sample_map, paths->error_map};
+    struct image_description map = *description;
+    enum status status = STATUS_OK;
+    map.format = PIXEL_SRGB8;
+    for (int i = 0; i < FILES && status == STATUS_OK; i++)
+        if (names[i])
+            a->writers[i] = image_writer_create(names[i], i == PICTURE ? description : &map, &status, error);
+    return status;
+}
+
+struct assembly *assembly_create(const struct assembly_paths *paths, const struct image_description *description,
                                  enum status *status, struct error *error)
 {
-    struct image_writer *writer = image_writer_create(path, description, status, error);
-    if (!writer)
-        return NULL;
     struct assembly *a = memory_array(1, sizeof *a);
-    a->writer = writer;
+    a->width = description->width;
     a->height = description->height;
-    a->layout = row_layout_of(description->width, pixel_format_bytes(description->format), maps);
+    a->layout = row_layout_of(a->width, pixel_format_bytes(description->format), assembly_needs_maps(paths));
+    a->colours = memory_array(a->width, 3);
     a->waiting = memory_array(a->height, sizeof *a->waiting);
     pthread_mutex_init(&a->mutex, NULL);
     pthread_cond_init(&a->changed, NULL);
+    *status = open_files(a, paths, description, error);
+    if (*status != STATUS_OK)
+        assembly_abandon(&a);
     return a;
 }
 
@@ -57,7 +75,7 @@ static bool more_to_come(const struct assembly *a)
     return !a->abandoned && a->next < a->height;
 }
 
-/* Waits for the next row's pixels, which the caller frees; NULL if there is nothing more to do. */
+/* Waits for the next row, which the caller frees; NULL if there is nothing more to do. */
 static uint8_t *next_row(struct assembly *a)
 {
     uint8_t *row = NULL;
@@ -78,6 +96,28 @@ static void note_failure(struct assembly *a, enum status status, const struct er
     pthread_mutex_unlock(&a->mutex);
 }
 
+static enum status write_map_row(struct assembly *a, int map, const uint8_t *codes, struct error *error)
+{
+    for (uint32_t x = 0; x < a->width; x++) {
+        if (map == SAMPLE_MAP)
+            map_colour_of_stage(codes[x], a->colours + 3 * (size_t)x);
+        else
+            map_colour_of_error(codes[x], a->colours + 3 * (size_t)x);
+    }
+    return image_writer_row(a->writers[map], a->colours, error);
+}
+
+/* `row`: a record behind its figures. */
+static enum status write_row(struct assembly *a, const uint8_t *row, struct error *error)
+{
+    const size_t at[FILES] = {0, row_stages_at(&a->layout), row_errors_at(&a->layout)};
+    enum status status = image_writer_row(a->writers[PICTURE], row, error);
+    for (int i = SAMPLE_MAP; i < FILES && status == STATUS_OK; i++)
+        if (a->writers[i])
+            status = write_map_row(a, i, row + at[i] - ROW_FIGURES_BYTES, error);
+    return status;
+}
+
 static void *encode(void *argument)
 {
     struct assembly *a = argument;
@@ -85,7 +125,7 @@ static void *encode(void *argument)
     enum status status = STATUS_OK;
     uint8_t *row;
     while (status == STATUS_OK && (row = next_row(a))) {
-        status = image_writer_row(a->writer, row, &error);
+        status = write_row(a, row, &error);
         free(row);
     }
     if (status != STATUS_OK)
@@ -122,13 +162,10 @@ static void end_encoder(struct assembly *a, bool abandon)
 
 static void take_row(struct assembly *a, uint32_t row, const uint8_t *record)
 {
-    struct row_figures figures;
-    size_t pixels_bytes = a->layout.pixels_bytes;
+    size_t size = assembly_record_bytes(a) - ROW_FIGURES_BYTES;
     assert(row < a->height && row >= a->next && !a->waiting[row]);
-    a->waiting[row] = memcpy(memory_resize(NULL, pixels_bytes, 1), record + ROW_FIGURES_BYTES, pixels_bytes);
+    a->waiting[row] = memcpy(memory_resize(NULL, size, 1), record + ROW_FIGURES_BYTES, size);
     a->taken++;
-    row_figures_read(record, &figures);
-    row_figures_add(&a->figures, &figures);
 }
 
 /* How writing went so far; to be called with the mutex held or the encoder ended. */
@@ -154,9 +191,15 @@ enum status assembly_add(struct assembly *a, uint32_t first_row, uint32_t rows, 
     return status;
 }
 
-struct row_figures assembly_figures(const struct assembly *a)
+struct row_figures assembly_sum(const struct assembly *a, uint32_t rows, const uint8_t *records)
 {
-    return a->figures;
+    struct row_figures sum = {0};
+    for (uint32_t i = 0; i < rows; i++) {
+        struct row_figures figures;
+        row_figures_read(records + i * assembly_record_bytes(a), &figures);
+        row_figures_add(&sum, &figures);
+    }
+    return sum;
 }
 
 /* --- ending ----------------------------------------------------------------------------------------------- */
@@ -164,12 +207,14 @@ struct row_figures assembly_figures(const struct assembly *a)
 static void assembly_free(struct assembly **pointer)
 {
     struct assembly *a = *pointer;
-    image_writer_abandon(&a->writer);
+    for (int i = 0; i < FILES; i++)
+        image_writer_abandon(&a->writers[i]);
     for (uint32_t i = a->next; i < a->height; i++)
         free(a->waiting[i]);
     pthread_cond_destroy(&a->changed);
     pthread_mutex_destroy(&a->mutex);
     free(a->waiting);
+    free(a->colours);
     free(a);
     *pointer = NULL;
 }
@@ -180,8 +225,9 @@ enum status assembly_complete(struct assembly **pointer, struct error *error)
     assert(a->taken == a->height);
     end_encoder(a, false);
     enum status status = writing_status(a, error);
-    if (status == STATUS_OK)
-        status = image_writer_complete(&a->writer, error);
+    for (int i = 0; i < FILES && status == STATUS_OK; i++)
+        if (a->writers[i])
+            status = image_writer_complete(&a->writers[i], error);
     assembly_free(pointer);
     return status;
 }

@@ -1,6 +1,7 @@
 /*
- * Weaving a picture from its bands: row records arrive in any order and are written from the top as soon as they
- * can be, by a thread that runs from the first of them to the last, so that whoever adds them does not wait.
+ * Weaving a picture from its bands, and maps of where its samples went and how far off its pixels are: row records
+ * arrive in any order and are written from the top as soon as they can be, by a thread that runs from the first of
+ * them to the last, so that whoever adds them does not wait.
  */
 #ifndef WEFT_COORDINATOR_ASSEMBLY_H
 #define WEFT_COORDINATOR_ASSEMBLY_H
@@ -14,9 +15,20 @@
 
 struct assembly;
 
-/* Opens the output (image/writer.h says how). `maps`: whether the records have them. NULL with *status and *error set
- * if it cannot be written. */
-struct assembly *assembly_create(const char *path, const struct image_description *description, bool maps,
+/* Files to write; NULL: not that map. */
+struct assembly_paths {
+    const char *picture, *sample_map, *error_map;
+};
+
+/* Whether the records need maps. */
+static inline bool assembly_needs_maps(const struct assembly_paths *paths)
+{
+    return paths->sample_map || paths->error_map;
+}
+
+/* Opens the outputs (image/writer.h says how): the picture as described, maps as PNGs of 8 bits and its size with its
+ * texts (coordinator/map_colours.h). NULL with *status and *error set if one cannot be written. */
+struct assembly *assembly_create(const struct assembly_paths *paths, const struct image_description *description,
                                  enum status *status, struct error *error);
 
 /* Bytes of one row's record. */
@@ -28,14 +40,14 @@ size_t assembly_record_bytes(const struct assembly *assembly);
 enum status assembly_add(struct assembly *assembly, uint32_t first_row, uint32_t rows, const uint8_t *records,
                          struct error *error);
 
-/* The sums of all rows taken so far. */
-struct row_figures assembly_figures(const struct assembly *assembly);
+/* The sums of the figures of so many records. */
+struct row_figures assembly_sum(const struct assembly *assembly, uint32_t rows, const uint8_t *records);
 
-/* With all rows taken: waits until they are written and completes the file. Frees *assembly and sets it to NULL in
- * any case; STATUS_OUTPUT leaves no trace of the output. */
+/* With all rows taken: waits until they are written and completes the files, the picture before the maps. Frees
+ * *assembly and sets it to NULL in any case; STATUS_OUTPUT leaves no trace of those that are not complete. */
 enum status assembly_complete(struct assembly **assembly, struct error *error);
 
-/* Leaves no trace of the output; *assembly may be NULL. */
+/* Leaves no trace of the outputs; *assembly may be NULL. */
 void assembly_abandon(struct assembly **assembly);
 
 #endif

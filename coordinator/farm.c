@@ -158,6 +158,9 @@ static void check_hope(struct farm *farm)
     if (farm->config.listen || local_workers_running(&farm->local) > 0 || farm->status != STATUS_OK)
         return;
     farm->status = error_set(&farm->error, STATUS_FAILED, "all local workers have died; giving up");
+    for (size_t i = 0; i < farm->job_count; i++)
+        if (render_job_is_open(farm->jobs[i]))
+            render_job_fail(farm->jobs[i]);
 }
 
 static int wait_ms(const struct farm *farm)
@@ -234,6 +237,8 @@ void farm_destroy(struct farm **pointer)
         close(farm->signals);
     scheduler_destroy(&farm->scheduler);
     free(farm->events);
+    free(farm->job_views);
+    free(farm->worker_views);
     free(farm->peers);
     free(farm->jobs);
     free(farm);

@@ -35,6 +35,9 @@ typedef void farm_job_done(const struct render_job *job, void *context);
  * number, otherwise 0. */
 enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int *interrupted, struct error *error);
 
+/* Its present state; borrowed, until the next call or farm_destroy. */
+struct snapshot farm_snapshot(struct farm *farm);
+
 /* Says goodbye to all workers, ends the local ones, frees *farm and sets it to NULL; *farm may be NULL. */
 void farm_destroy(struct farm **farm);
 

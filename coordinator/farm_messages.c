@@ -46,8 +46,9 @@ static struct peer *peer_numbered(struct farm *farm, uint32_t number)
 
 /* --- carrying out the scheduler's actions ----------------------------------------------------------------- */
 
-static void fail(struct farm *farm, enum status status, const struct error *error)
+static void fail_job(struct farm *farm, struct render_job *job, enum status status, const struct error *error)
 {
+    render_job_fail(job);
     if (farm->status != STATUS_OK)
         return;
     farm->status = status;
@@ -99,11 +100,11 @@ static void accept_result(struct farm *farm, const struct action *action, const 
         render_job_take_survey(job, result);
         return;
     }
-    enum status status = assembly_add(job->assembly, action->first_row, action->rows, result, &error);
+    enum status status = render_job_take_band(job, (struct band_account){
+        .first_row = action->first_row, .rows = action->rows, .worker = action->worker,
+        .lease_ms = action->lease_ms}, result, &error);
     if (status != STATUS_OK)
-        fail(farm, status, &error);
-    job->rows_done += action->rows;
-    job->figures = assembly_figures(job->assembly);
+        fail_job(farm, job, status, &error);
 }
 
 static void complete_job(struct farm *farm, const struct action *action)
@@ -113,24 +114,25 @@ static void complete_job(struct farm *farm, const struct action *action)
     if (farm->status != STATUS_OK)
         return;
     enum status status = assembly_complete(&job->assembly, &error);
+    if (status != STATUS_OK) {
+        fail_job(farm, job, status, &error);
+        return;
+    }
     job->ended_ms = clock_now_ms();
-    job->state = status == STATUS_OK ? JOB_DONE : JOB_FAILED;
+    job->state = JOB_DONE;
     farm->jobs_over++;
-    if (status != STATUS_OK)
-        fail(farm, status, &error);
-    else if (farm->job_done)
+    if (farm->job_done)
         farm->job_done(job, farm->job_done_context);
 }
 
-static void fail_job(struct farm *farm, const struct action *action)
+static void give_up(struct farm *farm, const struct action *action)
 {
     struct render_job *job = farm->jobs[action->job];
     struct error error;
-    job->state = JOB_FAILED;
     error_set(&error, STATUS_FAILED, "%s: rows %u to %u%s cost %d workers their lives; giving up", job->scene_path,
               action->first_row, action->first_row + action->rows - 1,
               action->pass == PASS_SURVEY ? " of the survey" : "", SCHEDULER_LOSSES_MAX);
-    fail(farm, STATUS_FAILED, &error);
+    fail_job(farm, job, STATUS_FAILED, &error);
 }
 
 static void expel(struct farm *farm, const struct action *action)
@@ -178,7 +180,7 @@ static void carry_out(struct farm *farm, const struct action *action, const uint
         complete_job(farm, action);
         break;
     case ACTION_FAIL:
-        fail_job(farm, action);
+        give_up(farm, action);
         break;
     }
 }
@@ -270,16 +272,11 @@ static void take_hello(struct farm *farm, const struct wire_peer *address, const
 
 /* --- answering -------------------------------------------------------------------------------------------- */
 
-static bool is_open(const struct render_job *job)
-{
-    return job->state == JOB_WAITING || job->state == JOB_SURVEYING || job->state == JOB_RUNNING;
-}
-
 static void take_need(struct farm *farm, struct peer *peer, const struct message *message)
 {
     const struct bytes *asset = NULL;
     for (size_t i = 0; i < farm->job_count && !asset; i++)
-        if (is_open(farm->jobs[i]))
+        if (render_job_is_open(farm->jobs[i]))
             asset = render_job_find(farm->jobs[i], &message->need.digest);
     if (!asset || message->need.offset > asset->size)
         return; /* of a job that has ended */
@@ -296,17 +293,6 @@ static void take_failure(struct farm *farm, struct peer *peer, const struct mess
                 message->failed.reason);
     farm_send(farm, peer, (struct message){.kind = MESSAGE_GOODBYE});
     farm_lose_peer(farm, peer, false);
-}
-
-static uint64_t rays_in(const struct assembly *assembly, uint32_t rows, const uint8_t *records)
-{
-    uint64_t rays = 0;
-    for (uint32_t i = 0; i < rows; i++) {
-        struct row_figures figures;
-        row_figures_read(records + i * assembly_record_bytes(assembly), &figures);
-        rays += row_figures_rays(&figures);
-    }
-    return rays;
 }
 
 static void take_result(struct farm *farm, struct peer *peer, const struct message *message)
@@ -328,8 +314,11 @@ static void take_result(struct farm *farm, struct peer *peer, const struct messa
     if (!whole)
         return;
     peer->bands_done++;
-    peer->rows_done += survey ? 0 : grant.rows;
-    peer->rays_returned += survey ? 0 : rays_in(assembly, grant.rows, result.data);
+    if (!survey) {
+        struct row_figures figures = assembly_sum(assembly, grant.rows, result.data);
+        peer->rows_done += grant.rows;
+        peer->rays_returned += row_figures_rays(&figures);
+    }
     farm_tell(farm, &(struct event){.kind = EVENT_RESULT, .worker = peer->number, .lease = message->result.lease},
               result.data);
     bytes_finish(&result);

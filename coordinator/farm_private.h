@@ -22,6 +22,9 @@ struct farm {
     struct peer *peers; /* all that ever joined */
     size_t peer_count, peer_capacity;
     int64_t started_ms, beat_ms;
+    struct job_snapshot *job_views; /* of farm_snapshot */
+    struct worker_snapshot *worker_views;
+    size_t job_view_capacity, worker_view_capacity;
     bool answering; /* farm_tell is at work */
     struct event *events; /* that came about meanwhile */
     size_t event_count, event_capacity;

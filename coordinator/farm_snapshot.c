@@ -1,5 +1,4 @@
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/clock.h"
 #include "base/memory.h"
@@ -63,32 +62,38 @@ static struct job_snapshot show_job(const struct farm *farm, size_t index, int64
     return view;
 }
 
+struct snapshot farm_snapshot(struct farm *farm)
+{
+    int64_t now_ms = clock_now_ms();
+    farm->job_views = memory_grow(farm->job_views, &farm->job_view_capacity, farm->job_count, sizeof *farm->job_views);
+    farm->worker_views = memory_grow(farm->worker_views, &farm->worker_view_capacity, farm->peer_count,
+                                     sizeof *farm->worker_views);
+    struct snapshot snapshot = {
+        .elapsed_seconds = (double)(now_ms - farm->started_ms) / 1000,
+        .job_count = farm->job_count,
+        .worker_count = farm->peer_count,
+        .jobs = farm->job_views,
+        .workers = farm->worker_views,
+    };
+    for (size_t i = 0; i < farm->job_count; i++) {
+        farm->job_views[i] = show_job(farm, i, now_ms);
+        snapshot.rays += farm->job_views[i].rays;
+    }
+    for (size_t i = 0; i < farm->peer_count; i++) {
+        farm->worker_views[i] = show_peer(farm, &farm->peers[i], now_ms);
+        snapshot.rays_per_second += farm->worker_views[i].rays_per_second;
+    }
+    return snapshot;
+}
+
 void farm_show(struct farm *farm, bool last)
 {
     int64_t now_ms = clock_now_ms();
     if (!farm->progress || (!last && progress_wait_ms(farm->progress, now_ms) > 0))
         return;
-    struct job_snapshot *jobs = memory_array(farm->job_count, sizeof *jobs);
-    struct worker_snapshot *workers = memory_array(farm->peer_count, sizeof *workers);
-    struct snapshot snapshot = {
-        .elapsed_seconds = (double)(now_ms - farm->started_ms) / 1000,
-        .job_count = farm->job_count,
-        .worker_count = farm->peer_count,
-        .jobs = jobs,
-        .workers = workers,
-    };
-    for (size_t i = 0; i < farm->job_count; i++) {
-        jobs[i] = show_job(farm, i, now_ms);
-        snapshot.rays += jobs[i].rays;
-    }
-    for (size_t i = 0; i < farm->peer_count; i++) {
-        workers[i] = show_peer(farm, &farm->peers[i], now_ms);
-        snapshot.rays_per_second += workers[i].rays_per_second;
-    }
+    struct snapshot snapshot = farm_snapshot(farm);
     if (last)
         progress_finish(farm->progress, &snapshot, now_ms);
     else
         progress_update(farm->progress, &snapshot, now_ms);
-    free(jobs);
-    free(workers);
 }

@@ -182,6 +182,16 @@ static void put_bar(struct bytes *text, const struct snapshot *snapshot, size_t 
     put_line(text, &line, columns);
 }
 
+const char *progress_job_state(enum job_state state)
+{
+    static const char *const names[] = {[JOB_WAITING] = "waiting",
+                                        [JOB_SURVEYING] = "surveying",
+                                        [JOB_RUNNING] = "running",
+                                        [JOB_DONE] = "done",
+                                        [JOB_FAILED] = "failed"};
+    return names[state];
+}
+
 /* --- the workers ------------------------------------------------------------------------------------------ */
 
 const char *progress_worker_state(enum worker_state state)

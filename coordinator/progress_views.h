@@ -23,6 +23,7 @@ void progress_line(struct bytes *text, const struct snapshot *snapshot);
 void progress_json(struct bytes *text, const struct snapshot *snapshot);
 
 /* One word in lower case, the same in every view. */
+const char *progress_job_state(enum job_state state);
 const char *progress_worker_state(enum worker_state state);
 
 #endif

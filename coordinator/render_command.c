@@ -1,11 +1,9 @@
 /* weft render */
-#include <errno.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/cpu.h"
 #include "base/log.h"
@@ -13,12 +11,14 @@
 #include "base/options.h"
 #include "coordinator/commands.h"
 #include "coordinator/farm.h"
+#include "coordinator/outputs.h"
+#include "coordinator/report.h"
 #include "image/compare.h"
 #include "trace/kernel.h"
 #include "wire/socket.h"
 
 enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_ERROR, OPTION_MAX_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL,
-       OPTION_PROGRESS, OPTION_INSECURE, OPTION_HELP, OPTION_VERSION };
+       OPTION_PROGRESS, OPTION_REPORT, OPTION_SAMPLE_MAP, OPTION_ERROR_MAP, OPTION_INSECURE, OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
     {'o', "output", "OUT", "file (.png, .pfm), or with several scenes a folder"},
@@ -34,6 +34,9 @@ static const struct option_spec options[] = {
     {OPTION_INSECURE, "insecure", NULL, "listen beyond this machine without keys"},
     {OPTION_BAND, "band", "ROWS", "rows handed out at a time (default: chosen)"},
     {OPTION_KERNEL, "kernel", "NAME", "force the local workers' kernel: ref, sse2, avx2, avx512, neon"},
+    {OPTION_REPORT, "report", "FILE", "write all that is known of the render there, as JSON"},
+    {OPTION_SAMPLE_MAP, "sample-map", "FILE", "paint there (.png) where the samples went; of one scene"},
+    {OPTION_ERROR_MAP, "error-map", "FILE", "paint there (.png) how far off each pixel is; of one scene"},
     {OPTION_PROGRESS, "progress", "MODE", "auto, bar, json or none (default auto)"},
     {'q', "quiet", NULL, "say only what is wrong"},
     {'v', "verbose", NULL, "say more"},
@@ -43,7 +46,7 @@ static const struct option_spec options[] = {
 };
 
 struct arguments {
-    const char *output, *kernel;
+    const char *output, *report, *kernel;
     struct render_choices choices;
     int64_t workers, threads, band;
     char listen[WIRE_ENDPOINT_BYTES]; /* "": no */
@@ -98,6 +101,15 @@ static enum status take_filter(const char *text, struct render_choices *choices,
     return error_set(error, STATUS_USAGE, "--filter: expected box or tent, found \"%s\"", text);
 }
 
+static enum status take_map(const char *name, const char *path, const char **map, struct error *error)
+{
+    size_t length = strlen(path);
+    if (length < 4 || strcmp(path + length - 4, ".png") != 0)
+        return error_set(error, STATUS_USAGE, "%s: expected a file that ends with .png, found \"%s\"", name, path);
+    *map = path;
+    return STATUS_OK;
+}
+
 static enum status take_choice(struct arguments *a, int key, const char *argument, struct error *error)
 {
     switch (key) {
@@ -111,6 +123,10 @@ static enum status take_choice(struct arguments *a, int key, const char *argumen
         return take_integer("--max-samples", argument, 4, SCENE_SAMPLES_MAX, &a->choices.samples_max, error);
     case OPTION_FILTER:
         return take_filter(argument, &a->choices, error);
+    case OPTION_SAMPLE_MAP:
+        return take_map("--sample-map", argument, &a->choices.sample_map, error);
+    case OPTION_ERROR_MAP:
+        return take_map("--error-map", argument, &a->choices.error_map, error);
     case 's':
         return take_size(argument, &a->choices, error);
     case 'w':
@@ -138,6 +154,9 @@ static enum status handle_option(void *context, int key, const char *argument, s
     switch (key) {
     case 'o':
         a->output = argument;
+        break;
+    case OPTION_REPORT:
+        a->report = argument;
         break;
     case OPTION_PROGRESS:
         a->progress = argument;
@@ -178,6 +197,8 @@ static enum status check_arguments(const struct arguments *a, int scenes, struct
         return error_set(error, STATUS_USAGE, "--samples and --error: expected one of them");
     if (a->choices.samples > 0 && a->choices.samples_max > 0)
         return error_set(error, STATUS_USAGE, "--samples and --max-samples: expected one of them");
+    if (scenes > 1 && (a->choices.sample_map || a->choices.error_map))
+        return error_set(error, STATUS_USAGE, "--sample-map and --error-map: expected one scene, found %d", scenes);
     if (a->workers == 0 && !a->listen[0])
         return error_set(error, STATUS_USAGE, "--workers 0 needs --listen: otherwise nobody would render");
     if (a->listen[0] && !a->insecure && !wire_endpoint_is_local(a->listen))
@@ -190,69 +211,40 @@ static enum status check_arguments(const struct arguments *a, int scenes, struct
 
 /* --- outputs ---------------------------------------------------------------------------------------------- */
 
-/* The scene's file name without folder and ending. The caller frees. */
-static char *stem_of(const char *path)
+/* Where the scenes' pictures go, into paths[count], each to be freed by the caller; and that all files that are asked
+ * for are different ones. */
+static enum status choose_paths(const struct arguments *a, char **scenes, size_t count, char **paths,
+                                struct error *error)
 {
-    const char *slash = strrchr(path, '/');
-    char *stem = memory_string(slash ? slash + 1 : path);
-    char *dot = strrchr(stem, '.');
-    if (dot && dot != stem)
-        *dot = '\0';
-    return stem;
+    const struct output others[] = {{"--sample-map", a->choices.sample_map},
+                                    {"--error-map", a->choices.error_map},
+                                    {"--report", a->report}};
+    struct output *outputs = memory_array(count + sizeof others / sizeof *others, sizeof *outputs);
+    size_t total = 0;
+    for (size_t i = 0; i < count; i++) {
+        paths[i] = outputs_path(a->output, scenes[i], count > 1);
+        outputs[total++] = (struct output){scenes[i], paths[i]};
+    }
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        if (others[i].path)
+            outputs[total++] = others[i];
+    enum status status = outputs_check_distinct(outputs, total, error);
+    free(outputs);
+    return status;
 }
 
-/* Where scene's picture goes: the caller frees. */
-static char *output_of(const struct arguments *a, const char *scene, bool several)
-{
-    if (a->output && !several)
-        return memory_string(a->output);
-    char *stem = stem_of(scene);
-    char *path = a->output ? memory_format("%s/%s.png", a->output, stem) : memory_format("%s.png", stem);
-    free(stem);
-    return path;
-}
-
-static bool is_picture_name(const char *path)
-{
-    const char *dot = strrchr(path, '.');
-    return dot && (strcmp(dot, ".png") == 0 || strcmp(dot, ".pfm") == 0);
-}
-
-static enum status make_folder(const char *folder, struct error *error)
-{
-    struct stat info;
-    if (stat(folder, &info) == 0 && S_ISDIR(info.st_mode))
-        return STATUS_OK;
-    if (stat(folder, &info) == 0)
-        return error_set(error, STATUS_OUTPUT, "%s: expected a folder for the pictures: it is a file", folder);
-    if (is_picture_name(folder))
-        return error_set(error, STATUS_USAGE, "%s: expected a folder for the pictures of several scenes", folder);
-    if (mkdir(folder, 0777) == 0)
-        return STATUS_OK;
-    return error_set(error, STATUS_OUTPUT, "%s: expected a folder for the pictures: %s", folder, strerror(errno));
-}
-
-/* Two scenes of one command must not write the same file. */
-static enum status check_distinct(const struct render_job *jobs, int count, struct error *error)
-{
-    for (int i = 0; i + 1 < count; i++)
-        if (strcmp(jobs[i].output_path, jobs[count - 1].output_path) == 0)
-            return error_set(error, STATUS_USAGE, "%s and %s would both be written to %s", jobs[i].scene_path,
-                             jobs[count - 1].scene_path, jobs[i].output_path);
-    return STATUS_OK;
-}
-
-static enum status open_jobs(const struct arguments *a, char **scenes, int count, struct render_job *jobs,
+static enum status open_jobs(const struct arguments *a, char **scenes, size_t count, struct render_job *jobs,
                              struct error *error)
 {
-    enum status status = a->output && count > 1 ? make_folder(a->output, error) : STATUS_OK;
-    for (int i = 0; i < count && status == STATUS_OK; i++) {
-        char *output = output_of(a, scenes[i], count > 1);
-        status = render_job_init(&jobs[i], scenes[i], output, &a->choices, error);
-        free(output);
-        if (status == STATUS_OK)
-            status = check_distinct(jobs, i + 1, error);
-    }
+    char **paths = memory_array(count, sizeof *paths);
+    enum status status = a->output && count > 1 ? outputs_make_folder(a->output, error) : STATUS_OK;
+    if (status == STATUS_OK)
+        status = choose_paths(a, scenes, count, paths, error);
+    for (size_t i = 0; i < count && status == STATUS_OK; i++)
+        status = render_job_init(&jobs[i], scenes[i], paths[i], &a->choices, error);
+    for (size_t i = 0; i < count; i++)
+        free(paths[i]);
+    free(paths);
     return status;
 }
 
@@ -328,7 +320,29 @@ static struct progress *make_progress(const struct arguments *a)
     return progress_create(progress_mode_auto(stderr), stderr);
 }
 
-static enum status render(struct arguments *a, char **scenes, int count, int *interrupted, struct error *error)
+/* Renders what is open, and reports it however it ended, unless `report` is closed. */
+static enum status run(struct arguments *a, struct farm *farm, struct render_job *jobs, size_t count,
+                       struct part_file *report, int *interrupted, struct error *error)
+{
+    struct progress *progress = make_progress(a);
+    struct error report_error;
+    farm_set_progress(farm, progress);
+    for (size_t i = 0; i < count; i++)
+        farm_add_job(farm, &jobs[i]);
+    enum status status = farm_run(farm, say_done, a, interrupted, error);
+    progress_destroy(&progress);
+    struct snapshot last = farm_snapshot(farm);
+    if (report->fd < 0 || report_publish(report, &last, jobs, &report_error) == STATUS_OK)
+        return status;
+    if (status == STATUS_OK) {
+        *error = report_error;
+        return STATUS_OUTPUT;
+    }
+    log_error("%s", report_error.text);
+    return status;
+}
+
+static enum status render(struct arguments *a, char **scenes, size_t count, int *interrupted, struct error *error)
 {
     struct farm_config config = {
         .listen = a->listen[0] ? a->listen : NULL,
@@ -341,18 +355,16 @@ static enum status render(struct arguments *a, char **scenes, int count, int *in
     struct farm *farm = farm_create(&config, &status, error);
     if (!farm)
         return status;
-    struct render_job *jobs = memory_array((size_t)count, sizeof *jobs);
+    struct render_job *jobs = memory_array(count, sizeof *jobs);
+    struct part_file report = {.folder_fd = -1, .fd = -1};
     status = open_jobs(a, scenes, count, jobs, error);
-    if (status == STATUS_OK) {
-        struct progress *progress = make_progress(a);
-        farm_set_progress(farm, progress);
-        for (int i = 0; i < count; i++)
-            farm_add_job(farm, &jobs[i]);
-        status = farm_run(farm, say_done, a, interrupted, error);
-        progress_destroy(&progress);
-    }
+    if (status == STATUS_OK && a->report)
+        status = part_file_open(&report, a->report, error);
+    if (status == STATUS_OK)
+        status = run(a, farm, jobs, count, &report, interrupted, error);
+    part_file_discard(&report);
     farm_destroy(&farm);
-    for (int i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++)
         render_job_finish(&jobs[i]);
     free(jobs);
     return status;
@@ -370,7 +382,7 @@ int command_render(int argc, char **argv)
     if (status == STATUS_OK) {
         signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the write that met the limit */
         log_start("weft", a.quiet ? LOG_WARNING : a.verbose ? LOG_DEBUG : LOG_INFO);
-        status = render(&a, argv + first, argc - first, &interrupted, &error);
+        status = render(&a, argv + first, (size_t)(argc - first), &interrupted, &error);
     }
     if (interrupted) {
         log_error("interrupted; nothing was written of the unfinished picture");

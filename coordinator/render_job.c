@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "scene/load.h"
 #include "wire/manifest.h"
@@ -49,6 +50,7 @@ static void choose_settings(struct render_job *job, const struct scene *scene, c
     job->settings.height = choices->height ? choices->height : scene->height;
     choose_sampling(job, scene->samples, choices);
     job->settings.filter = (uint8_t)(choices->filter >= 0 ? choices->filter : (int)scene->filter);
+    job->settings.maps = choices->sample_map || choices->error_map;
 }
 
 static void make_manifest(struct render_job *job)
@@ -66,20 +68,25 @@ static void make_manifest(struct render_job *job)
     manifest_finish(&manifest);
 }
 
-static enum status open_output(struct render_job *job, struct error *error)
+static void name_source(struct render_job *job)
 {
     struct digest digest = asset_set_digest(&job->assets);
-    char source[DIGEST_HEX_BYTES + 16] = "sha256:";
-    digest_hex(&digest, source + strlen(source));
+    strcpy(job->source, "sha256:");
+    digest_hex(&digest, job->source + strlen(job->source));
+}
+
+static enum status open_outputs(struct render_job *job, const struct render_choices *choices, struct error *error)
+{
     const struct image_description description = {
         .width = job->settings.width,
         .height = job->settings.height,
         .format = (enum pixel_format)job->settings.pixel_format,
         .software = "weft " WEFT_VERSION,
-        .source = source,
+        .source = job->source,
     };
+    const struct assembly_paths paths = {job->output_path, choices->sample_map, choices->error_map};
     enum status status = STATUS_OK;
-    job->assembly = assembly_create(job->output_path, &description, job->settings.maps, &status, error);
+    job->assembly = assembly_create(&paths, &description, &status, error);
     return status;
 }
 
@@ -97,7 +104,8 @@ static enum status prepare(struct render_job *job, const struct render_choices *
     choose_settings(job, &scene, choices);
     scene_finish(&scene);
     make_manifest(job);
-    return open_output(job, error);
+    name_source(job);
+    return open_outputs(job, choices, error);
 }
 
 enum status render_job_init(struct render_job *job, const char *scene_path, const char *output_path,
@@ -115,9 +123,23 @@ void render_job_finish(struct render_job *job)
     assembly_abandon(&job->assembly);
     asset_set_finish(&job->assets);
     bytes_finish(&job->manifest);
+    free(job->bands);
     free(job->scene_path);
     free(job->output_path);
     *job = (struct render_job){0};
+}
+
+bool render_job_is_open(const struct render_job *job)
+{
+    return job->state == JOB_WAITING || job->state == JOB_SURVEYING || job->state == JOB_RUNNING;
+}
+
+void render_job_fail(struct render_job *job)
+{
+    job->ended_ms = clock_now_ms();
+    if (job->state == JOB_WAITING)
+        job->started_ms = job->render_ms = job->ended_ms;
+    job->state = JOB_FAILED;
 }
 
 /* --- sampling --------------------------------------------------------------------------------------------- */
@@ -134,6 +156,17 @@ void render_job_take_survey(struct render_job *job, const uint8_t *bytes)
     survey_add(&job->survey, &part);
 }
 
+enum status render_job_take_band(struct render_job *job, struct band_account band, const uint8_t *records,
+                                 struct error *error)
+{
+    band.figures = assembly_sum(job->assembly, band.rows, records);
+    row_figures_add(&job->figures, &band.figures);
+    job->rows_done += band.rows;
+    job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof *job->bands);
+    job->bands[job->band_count++] = band;
+    return assembly_add(job->assembly, band.first_row, band.rows, records, error);
+}
+
 void render_job_end_survey(struct render_job *job)
 {
     if (job->error > 0)
@@ -147,17 +180,22 @@ double render_job_samples(const struct render_job *job)
     return job->rows_done > 0 ? (double)job->figures.samples / ((double)job->settings.width * job->rows_done) : 0;
 }
 
-double render_job_rmse(const struct render_job *job)
+double render_job_rows_rmse(const struct render_job *job, uint32_t rows, const struct row_figures *figures)
 {
-    const uint64_t *error = job->figures.error;
-    uint64_t pixels = (uint64_t)job->settings.width * job->settings.height;
+    const uint64_t *error = figures->error;
+    uint64_t pixels = (uint64_t)job->settings.width * rows;
     if (error[0] == UINT64_MAX || error[1] == UINT64_MAX)
         return NAN;
-    if (job->sampling.most == 1)
-        return survey_error_of_one(&job->survey);
+    if (job->sampling.most == 1) /* a survey tells of the whole alone */
+        return rows == job->settings.height ? survey_error_of_one(&job->survey) : NAN;
     if (job->error > 0)
         return survey_error(&job->survey, &job->sampling, pixels, error);
     return sqrt(((double)error[0] + (double)error[1]) * PIXEL_ERROR_UNIT / (double)pixels);
+}
+
+double render_job_rmse(const struct render_job *job)
+{
+    return render_job_rows_rmse(job, job->settings.height, &job->figures);
 }
 
 /* --- assets ----------------------------------------------------------------------------------------------- */

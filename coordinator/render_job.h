@@ -19,17 +19,27 @@ struct render_choices {
     uint32_t samples_max;   /* of any pixel, to meet it; not with samples */
     int filter;             /* enum pixel_filter */
     int bits;               /* 8 or 16, of a PNG */
+    const char *sample_map, *error_map; /* files to write; NULL: none */
 };
 
 /* What is asked for where neither command line nor scene says anything. */
 #define RENDER_ERROR_DEFAULT 0.005
 enum { RENDER_SAMPLES_MAX_DEFAULT = 1024 };
 
+/* A band of the render, as it was accepted. */
+struct band_account {
+    uint32_t first_row, rows;
+    uint32_t worker;   /* its number */
+    int64_t lease_ms;  /* how long it held the band */
+    struct row_figures figures;
+};
+
 struct render_job {
     char *scene_path, *output_path; /* owned */
     struct asset_set assets;        /* all files the scene reaches */
     struct bytes manifest;          /* encoded */
     struct digest manifest_digest;
+    char source[DIGEST_HEX_BYTES + 8]; /* "sha256:" and the digest of all that the scene reaches, as the PNG says it */
     struct job_settings settings;
     double error;                   /* RMSE to be met; 0: the sampling is fixed */
     struct survey survey;           /* where an error is to be met, or one sample to be judged: the sum of what has come */
@@ -41,6 +51,8 @@ struct render_job {
     int64_t ended_ms;
     uint32_t rows_done;
     struct row_figures figures; /* of the rows done */
+    struct band_account *bands; /* those done, in the order of their coming */
+    size_t band_count, band_capacity;
 };
 
 /* Loads and validates the scene, and opens its output. On failure *job holds nothing; STATUS_INPUT or STATUS_OUTPUT. */
@@ -50,11 +62,21 @@ enum status render_job_init(struct render_job *job, const char *scene_path, cons
 /* Abandons an output that is not complete. */
 void render_job_finish(struct render_job *job);
 
+/* Whether it is yet to be done, and not failed. */
+bool render_job_is_open(const struct render_job *job);
+
+/* It will not be completed. */
+void render_job_fail(struct render_job *job);
+
 /* Rows of the survey; 0: there is none. */
 uint32_t render_job_survey_rows(const struct render_job *job);
 
 /* Takes the result of a band of the survey, SURVEY_BYTES. */
 void render_job_take_survey(struct render_job *job, const uint8_t *bytes);
+
+/* Takes the records of a band of the render; band->figures are filled in here. STATUS_OUTPUT as of assembly_add. */
+enum status render_job_take_band(struct render_job *job, struct band_account band, const uint8_t *records,
+                                 struct error *error);
 
 /* All is surveyed: chooses the render's sampling. */
 void render_job_end_survey(struct render_job *job);
@@ -65,6 +87,9 @@ double render_job_samples(const struct render_job *job);
 /* The estimated RMSE of a complete picture, as it is shown, 0..1 (trace/sampling.h, survey.h). NAN where nothing tells:
  * with one sample a pixel by choice, and with errors beyond what rows.h can count. */
 double render_job_rmse(const struct render_job *job);
+
+/* The same of rows alone, whose figures are given. */
+double render_job_rows_rmse(const struct render_job *job, uint32_t rows, const struct row_figures *figures);
 
 /* The asset (or manifest) of that digest, borrowed; NULL if the job has none. */
 const struct bytes *render_job_find(const struct render_job *job, const struct digest *digest);

@@ -131,7 +131,8 @@ bool scheduler_lease(const struct scheduler *s, uint32_t worker, uint64_t id, st
         return false;
     const struct band *band = band_of(s, lease);
     enum render_pass pass = s->jobs[lease->job].pass;
-    *grant = (struct action){ACTION_GRANT, worker, lease->job, pass, band->first_row, band->rows, id};
+    *grant = (struct action){.kind = ACTION_GRANT, .worker = worker, .job = lease->job, .pass = pass,
+                             .first_row = band->first_row, .rows = band->rows, .lease = id};
     return true;
 }
 
@@ -222,8 +223,9 @@ static void grant(struct scheduler *s, struct worker *w, uint32_t job_number, ui
     band->state = BAND_LEASED;
     w->leases = memory_grow(w->leases, &w->lease_capacity, w->lease_count + 1, sizeof *w->leases);
     w->leases[w->lease_count++] = (struct lease){s->next_lease, job_number, band_number, s->now_ms};
-    act(s, (struct action){ACTION_GRANT, w->number, job_number, s->jobs[job_number].pass, band->first_row, band->rows,
-                           s->next_lease});
+    act(s, (struct action){.kind = ACTION_GRANT, .worker = w->number, .job = job_number,
+                           .pass = s->jobs[job_number].pass, .first_row = band->first_row, .rows = band->rows,
+                           .lease = s->next_lease});
     s->next_lease++;
 }
 
@@ -274,17 +276,18 @@ static void end_survey(struct scheduler *s, uint32_t number)
     act(s, (struct action){.kind = ACTION_SURVEYED, .job = number});
 }
 
-static void accept(struct scheduler *s, const struct lease *answered)
+static void accept(struct scheduler *s, const struct worker *w, const struct lease *answered)
 {
     struct job *job = &s->jobs[answered->job];
     struct band *band = &job->bands[answered->band];
     band->state = BAND_DONE;
     band->holders = 0;
     job->accepted_rows += band->rows;
-    job->answered_ms += s->now_ms - answered->granted_ms;
+    int64_t lease_ms = s->now_ms - answered->granted_ms;
+    job->answered_ms += lease_ms;
     job->answered++;
-    act(s, (struct action){.kind = ACTION_ACCEPT, .job = answered->job, .pass = job->pass,
-                           .first_row = band->first_row, .rows = band->rows});
+    act(s, (struct action){.kind = ACTION_ACCEPT, .worker = w->number, .job = answered->job, .pass = job->pass,
+                           .first_row = band->first_row, .rows = band->rows, .lease_ms = lease_ms});
     revoke_band(s, answered->job, answered->band);
     if (job->accepted_rows < rows_of(job))
         return;
@@ -455,7 +458,7 @@ static void take_result(struct scheduler *s, struct worker *w, uint64_t id)
         return; /* revoked meanwhile: the band is done already */
     struct lease answered = *lease;
     drop_lease(w, lease);
-    accept(s, &answered);
+    accept(s, w, &answered);
 }
 
 static void handle_worker_event(struct scheduler *s, struct worker *w, const struct event *event)

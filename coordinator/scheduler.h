@@ -49,7 +49,7 @@ struct event {
 enum action_kind {
     ACTION_ANNOUNCE, /* tell worker about job */
     ACTION_GRANT,    /* give worker rows first_row..first_row + rows − 1 of this pass of job under lease */
-    ACTION_ACCEPT,   /* the result of this event is the one for these rows of this pass of job */
+    ACTION_ACCEPT,   /* the result of this event, by worker, is the one for these rows of this pass of job; lease_ms */
     ACTION_ACK,      /* worker may forget the result of lease */
     ACTION_REVOKE,   /* worker may stop working on lease */
     ACTION_END,      /* worker may forget job */
@@ -65,6 +65,7 @@ struct action {
     enum render_pass pass;
     uint32_t first_row, rows;
     uint64_t lease;
+    int64_t lease_ms; /* ACCEPT: how long worker held its lease */
 };
 
 /* All zero is empty; the caller frees items. */

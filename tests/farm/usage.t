@@ -42,6 +42,14 @@ for number in 0 0.0004 0.51 -0.01 nan inf 0x1 much ''; do
 done
 wrong '--samples and --error: expected one of them' "$weft" render --samples 4 --error 0.01 "$first"
 wrong '--samples and --max-samples: expected one of them' "$weft" render --max-samples 64 --samples 4 "$first"
+for map in sample error; do
+    wrong "--$map-map: expected a file that ends with .png, found \"map.pfm\"" "$weft" render --$map-map map.pfm "$first"
+    wrong "--$map-map: expected a file that ends with .png, found \"\"" "$weft" render --$map-map '' "$first"
+    wrong '--sample-map and --error-map: expected one scene, found 2' "$weft" render --$map-map map.png "$first" "$scenes/glass.json"
+    wrong "--$map-map and --report would both be written to ./map.png" "$weft" render --$map-map map.png --report ./map.png "$first"
+done
+wrong '--sample-map and --error-map would both be written to map.png' "$weft" render --sample-map map.png --error-map map.png "$first"
+wrong '.*first.json and --report would both be written to first.png' "$weft" render --report first.png "$first"
 wrong '--workers: expected a whole number from 0 to 1024' "$weft" render --workers -1 "$first"
 wrong '--workers: expected a whole number from 0 to 1024' "$weft" render -w 1025 "$first"
 wrong '--workers 0 needs --listen' "$weft" render --workers 0 "$first"

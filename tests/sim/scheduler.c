@@ -181,6 +181,7 @@ static void check_accept(const struct action *a, const struct event *event)
 {
     struct lease *lease = &world.leases[event->lease];
     struct job *job = &world.jobs[a->job];
+    require(a->worker == event->worker && a->lease_ms >= 0, "accepted from another worker");
     require(event->kind == EVENT_RESULT && lease->state == OPEN && lease->worker == event->worker,
             "accepted what is not an answer");
     require(lease->job == a->job && lease->pass == a->pass && a->pass == job->pass, "accepted for another pass");

@@ -21,11 +21,14 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "coordinator/assembly.h"
+#include "coordinator/map_colours.h"
+#include "image/image.h"
+#include "trace/sampling.h"
 
 enum { WIDTH = 19, HEIGHT = 61 };
 
 static char folder[] = "/tmp/weft-assembly-XXXXXX";
-static char output[64], reference[64];
+static char output[64], reference[64], sample_map[64], error_map[64];
 static struct error error;
 static bool maps; /* of the records */
 
@@ -34,6 +37,16 @@ static const struct image_description description = {WIDTH, HEIGHT, PIXEL_SRGB8,
 static uint8_t pixel_byte(uint32_t row, size_t i)
 {
     return (uint8_t)(hash_u32(row * 1000 + (uint32_t)i) >> 8);
+}
+
+static uint8_t stage_at(uint32_t row, size_t x)
+{
+    return (uint8_t)((row + x) % SAMPLING_STAGES);
+}
+
+static uint8_t error_at(uint32_t row, size_t x)
+{
+    return (uint8_t)(7 * row + 3 * x);
 }
 
 /* Appends a row's record: its pixels, figures that tell rows apart, and maps if there are any. */
@@ -46,6 +59,10 @@ static void put_record(struct bytes *to, uint32_t row)
     row_figures_write(record, &figures);
     for (size_t i = 0; i < layout.pixels_bytes; i++)
         record[ROW_FIGURES_BYTES + i] = pixel_byte(row, i);
+    for (size_t i = 0; i < layout.map_bytes; i++) {
+        record[row_stages_at(&layout) + i] = stage_at(row, i);
+        record[row_errors_at(&layout) + i] = error_at(row, i);
+    }
 }
 
 static void add_band(struct assembly *assembly, uint32_t first_row, uint32_t rows)
@@ -62,28 +79,17 @@ static void add_band(struct assembly *assembly, uint32_t first_row, uint32_t row
 static struct assembly *create(void)
 {
     enum status status;
-    struct assembly *assembly = assembly_create(output, &description, maps, &status, &error);
+    const struct assembly_paths paths = {output, maps ? sample_map : NULL, maps ? error_map : NULL};
+    struct assembly *assembly = assembly_create(&paths, &description, &status, &error);
     if (!assembly)
         fail_msg("%s", error.text);
     return assembly;
-}
-
-static void assert_figures(const struct assembly *assembly, uint64_t rows, uint64_t sum_of_rows)
-{
-    struct row_figures figures = assembly_figures(assembly);
-    assert_true(figures.samples == sum_of_rows + rows);
-    assert_true(figures.secondary_rays == 100 * sum_of_rows);
-    assert_true(figures.shadow_rays == sum_of_rows << 40);
-    assert_true(figures.error[0] == sum_of_rows << 8);
-    assert_true(figures.error[1] == 3 * rows);
-    assert_true(figures.stages[5] == sum_of_rows);
 }
 
 /* The output is there, alone, and has the reference's bytes. */
 static void assert_complete(struct assembly *assembly)
 {
     struct bytes found = {0}, expected = {0};
-    assert_figures(assembly, HEIGHT, HEIGHT * (HEIGHT - 1) / 2);
     assert_int_equal(access(output, F_OK), -1); /* never in part */
     assert_int_equal(assembly_complete(&assembly, &error), STATUS_OK);
     assert_null(assembly);
@@ -100,7 +106,6 @@ static void test_in_order(void **state)
 {
     (void)state;
     struct assembly *assembly = create();
-    assert_figures(assembly, 0, 0);
     for (uint32_t row = 0; row < HEIGHT; row++)
         add_band(assembly, row, 1);
     assert_complete(assembly);
@@ -114,15 +119,79 @@ static void test_whole(void **state)
     assert_complete(assembly);
 }
 
-static void test_maps_are_skipped(void **state)
+static size_t count_files(void)
+{
+    size_t count = 0;
+    DIR *entries = opendir(folder);
+    for (struct dirent *entry; (entry = readdir(entries));)
+        count += entry->d_name[0] != '.' || strlen(entry->d_name) > 2;
+    closedir(entries);
+    return count;
+}
+
+/* The map has these colours. */
+static void assert_map(const char *path, uint8_t (*code_at)(uint32_t row, size_t x),
+                       void (*colour_of)(uint8_t code, uint8_t codes[3]))
+{
+    struct image image = {0};
+    assert_int_equal(image_read_file(&image, path, &error), STATUS_OK);
+    assert_int_equal(image.width, WIDTH);
+    assert_int_equal(image.height, HEIGHT);
+    for (uint32_t y = 0; y < HEIGHT; y++)
+        for (size_t x = 0; x < WIDTH; x++) {
+            const float *rgb = image.rgb + 3 * (y * WIDTH + x);
+            const struct vec3 light = {rgb[0], rgb[1], rgb[2]};
+            uint8_t expected[3], found[3];
+            colour_of(code_at(y, x), expected);
+            pixel_format_encode(PIXEL_SRGB8, &light, 1, found);
+            assert_memory_equal(found, expected, 3);
+        }
+    image_finish(&image);
+    assert_int_equal(unlink(path), 0);
+}
+
+static void test_maps(void **state)
 {
     (void)state;
     maps = true;
     struct assembly *assembly = create();
-    for (uint32_t row = 0; row < HEIGHT; row += HEIGHT / 2)
-        add_band(assembly, row, HEIGHT - row < HEIGHT / 2 ? HEIGHT - row : HEIGHT / 2);
+    add_band(assembly, HEIGHT / 2, HEIGHT - HEIGHT / 2);
+    add_band(assembly, 0, HEIGHT / 2);
     assert_complete(assembly);
+    assert_map(sample_map, stage_at, map_colour_of_stage);
+    assert_map(error_map, error_at, map_colour_of_error);
     maps = false;
+}
+
+/* One that cannot be written: nothing is left of the others. */
+static void test_map_without_folder(void **state)
+{
+    (void)state;
+    const struct assembly_paths paths = {output, sample_map, "/nowhere/at/all.png"};
+    enum status status = STATUS_OK;
+    assert_null(assembly_create(&paths, &description, &status, &error));
+    assert_int_equal(status, STATUS_OUTPUT);
+    assert_non_null(strstr(error.text, "/nowhere/at/all.png"));
+    assert_int_equal(count_files(), 1); /* the reference alone */
+}
+
+static void test_sum(void **state)
+{
+    (void)state;
+    enum { ROWS = 5 };
+    struct assembly *assembly = create();
+    struct bytes records = {0};
+    for (uint32_t row = 0; row < ROWS; row++)
+        put_record(&records, row);
+    struct row_figures sum = assembly_sum(assembly, ROWS, records.data);
+    assert_int_equal(sum.samples, 15);
+    assert_int_equal(sum.secondary_rays, 1000);
+    assert_true(sum.shadow_rays == UINT64_C(10) << 40);
+    assert_int_equal(sum.error[0], 10 << 8);
+    assert_int_equal(sum.error[1], 15);
+    assert_int_equal(sum.stages[5], 10);
+    bytes_finish(&records);
+    assembly_abandon(&assembly);
 }
 
 static void test_backwards(void **state)
@@ -154,16 +223,6 @@ static void test_shuffled(void **state)
     }
 }
 
-static size_t count_files(void)
-{
-    size_t count = 0;
-    DIR *entries = opendir(folder);
-    for (struct dirent *entry; (entry = readdir(entries));)
-        count += entry->d_name[0] != '.' || strlen(entry->d_name) > 2;
-    closedir(entries);
-    return count;
-}
-
 static void test_abandon(void **state)
 {
     (void)state;
@@ -184,7 +243,7 @@ static struct assembly *create_large(void)
 {
     struct image_description large = {LARGE_WIDTH, LARGE_HEIGHT, PIXEL_SRGB8, "weft test", "scene.json"};
     enum status status;
-    struct assembly *assembly = assembly_create(output, &large, false, &status, &error);
+    struct assembly *assembly = assembly_create(&(struct assembly_paths){.picture = output}, &large, &status, &error);
     assert_non_null(assembly);
     return assembly;
 }
@@ -256,7 +315,8 @@ static void test_no_folder(void **state)
 {
     (void)state;
     enum status status = STATUS_OK;
-    assert_null(assembly_create("/nowhere/at/all.png", &description, false, &status, &error));
+    const struct assembly_paths paths = {.picture = "/nowhere/at/all.png"};
+    assert_null(assembly_create(&paths, &description, &status, &error));
     assert_int_equal(status, STATUS_OUTPUT);
     assert_non_null(strstr(error.text, "/nowhere/at/all.png"));
 }
@@ -270,7 +330,8 @@ static void test_record_bytes(void **state)
         enum status status;
         other.format = (enum pixel_format)format;
         for (size_t mapped = 0; mapped < 2; mapped++) {
-            struct assembly *assembly = assembly_create(output, &other, mapped, &status, &error);
+            const struct assembly_paths paths = {output, NULL, mapped ? error_map : NULL};
+            struct assembly *assembly = assembly_create(&paths, &other, &status, &error);
             assert_non_null(assembly);
             assert_int_equal(assembly_record_bytes(assembly),
                              ROW_FIGURES_BYTES + WIDTH * (pixel_bytes[format] + 2 * mapped));
@@ -288,6 +349,8 @@ static int make_reference(void **state)
         return -1;
     snprintf(output, sizeof output, "%s/out.png", folder);
     snprintf(reference, sizeof reference, "%s/reference.png", folder);
+    snprintf(sample_map, sizeof sample_map, "%s/samples.png", folder);
+    snprintf(error_map, sizeof error_map, "%s/errors.png", folder);
     struct image_writer *writer = image_writer_create(reference, &description, &status, &error);
     for (uint32_t row = 0; writer && row < HEIGHT; row++) {
         uint8_t pixels[3 * WIDTH];
@@ -311,7 +374,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_in_order), cmocka_unit_test(test_whole),   cmocka_unit_test(test_backwards),
-        cmocka_unit_test(test_maps_are_skipped),
+        cmocka_unit_test(test_maps), cmocka_unit_test(test_map_without_folder), cmocka_unit_test(test_sum),
         cmocka_unit_test(test_shuffled), cmocka_unit_test(test_abandon), cmocka_unit_test(test_no_folder),
         cmocka_unit_test(test_record_bytes),
         cmocka_unit_test(test_written_while_rows_are_missing),
