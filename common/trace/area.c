@@ -14,14 +14,19 @@ static struct pixel_grid grid_of(const struct plan *plan, const struct pixel_are
     return (struct pixel_grid){x0, y0, x1 - x0, y1 - y0};
 }
 
-/* Lists the grid's pixels within the area. Returns how many. */
+enum { LIST_ROWS = 4 };
+
+/* Lists the grid's pixels within the area, by LIST_ROWS rows at a time and down each column of these: so rays in a row
+ * stay near one another in both directions. Returns how many. */
 static size_t list_area(struct tracer *tracer, const struct pixel_area *area)
 {
     const struct pixel_grid *grid = &tracer->grid;
+    uint32_t x0 = area->x0 - grid->x, x1 = area->x1 - grid->x, y0 = area->y0 - grid->y, y1 = area->y1 - grid->y;
     size_t count = 0;
-    for (uint32_t x = area->x0 - grid->x; x < area->x1 - grid->x; x++)
-        for (uint32_t y = area->y0 - grid->y; y < area->y1 - grid->y; y++)
-            tracer->list[count++] = x * grid->rows + y;
+    for (uint32_t top = y0; top < y1; top += LIST_ROWS)
+        for (uint32_t x = x0; x < x1; x++)
+            for (uint32_t y = top; y < y1 && y < top + LIST_ROWS; y++)
+                tracer->list[count++] = x * grid->rows + y;
     return count;
 }
 
@@ -78,10 +83,9 @@ static void span_rows(struct tracer *tracer)
 /* Takes one sample of each pixel of the grid and finds their ranges. */
 static void look(struct tracer *tracer)
 {
-    uint32_t pixels = tracer->grid.columns * tracer->grid.rows;
-    for (uint32_t i = 0; i < pixels; i++)
-        tracer->list[i] = i;
-    tracer_sample(tracer, tracer->list, pixels, 0, 1, true);
+    const struct pixel_grid *grid = &tracer->grid;
+    struct pixel_area all = {grid->x, grid->x + grid->columns, grid->y, grid->y + grid->rows};
+    tracer_sample(tracer, tracer->list, list_area(tracer, &all), 0, 1, true);
     span_columns(tracer);
     span_rows(tracer);
 }

@@ -95,8 +95,11 @@ double sampling_difference(struct vec3 a, struct vec3 b)
 double sampling_error(const struct pixel_sums *sums, uint32_t samples)
 {
     uint32_t half = samples / 2;
+    struct vec3 rest = vec3_sub(sums->light, sums->half);
+    if (rest.x == sums->half.x && rest.y == sums->half.y && rest.z == sums->half.z && samples % 2 == 0)
+        return 0; /* as over most of many pictures */
     struct vec3 first = vec3_scale(sums->half, 1.0 / half);
-    struct vec3 second = vec3_scale(vec3_sub(sums->light, sums->half), 1.0 / (samples - half));
+    struct vec3 second = vec3_scale(rest, 1.0 / (samples - half));
     return SHARE_OF_HALVES * sampling_difference(first, second) / 4;
 }
 

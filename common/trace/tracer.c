@@ -235,20 +235,21 @@ static void add_roots(struct pixel_sums *sums, struct vec3 light)
 /* Camera rays first .. end − 1 of the batch, which are one pixel's next. */
 static void add_run(struct tracer *tracer, size_t first, size_t end, uint32_t half, bool roots)
 {
-    struct pixel_work work = tracer->work[tracer->pixel[first]];
+    struct pixel_work *work = &tracer->work[tracer->pixel[first]];
+    struct vec3 light = work->sums.light;
     for (size_t i = first; i < end; i++) {
-        if (work.samples++ == half) {
-            work.sums.half = work.sums.light;
-            work.sums.half_roots = work.sums.roots;
+        if (work->samples++ == half) {
+            work->sums.half = light;
+            work->sums.half_roots = work->sums.roots;
         }
-        work.sums.light = vec3_add(work.sums.light, tracer->radiance[i]);
+        light = vec3_add(light, tracer->radiance[i]);
         if (roots)
-            add_roots(&work.sums, tracer->radiance[i]);
-        work.secondary += tracer->secondary[i];
-        work.shadow += tracer->shadow[i];
+            add_roots(&work->sums, tracer->radiance[i]);
+        work->secondary += tracer->secondary[i];
+        work->shadow += tracer->shadow[i];
     }
-    work.camera += (uint32_t)(end - first);
-    tracer->work[tracer->pixel[first]] = work;
+    work->sums.light = light;
+    work->camera += (uint32_t)(end - first);
 }
 
 static void add_samples(struct tracer *tracer, size_t count, uint32_t half, bool roots)

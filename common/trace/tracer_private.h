@@ -8,8 +8,7 @@
 
 enum { CAMERA_RAYS_MAX = 1024 }; /* a batch */
 
-/* Pixels of the image that are in work together. They are numbered down each column: so rays in a row stay near one
- * another in both directions. */
+/* Pixels of the image that are in work together, numbered down each column. */
 struct pixel_grid {
     uint32_t x, y; /* of its first pixel */
     uint32_t columns, rows;
