@@ -3,8 +3,6 @@
 
 #include "trace/tracer_private.h"
 
-#define REFERENCE_SALT 0x632be5abu
-
 /* The whole area as a grid, and `margin` pixels around it as far as the image has them. */
 static struct pixel_grid grid_of(const struct plan *plan, const struct pixel_area *area, uint32_t margin)
 {
@@ -92,8 +90,8 @@ static void look(struct tracer *tracer)
 
 /* --- stages ----------------------------------------------------------------------------------------------- */
 
-/* The first sample, at the pixel's middle and standing for all of it, serves those alone that have no other. */
-static void drop_first(struct tracer *tracer, const uint32_t *list, size_t count)
+/* As if the pixels had no samples yet. */
+static void drop_samples(struct tracer *tracer, const uint32_t *list, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         struct pixel_work *work = &tracer->work[list[i]];
@@ -105,8 +103,8 @@ static void drop_first(struct tracer *tracer, const uint32_t *list, size_t count
 /* Brings pixels from the stage before to this one. */
 static void advance(struct tracer *tracer, const uint32_t *list, size_t count, uint32_t stage)
 {
-    if (stage == 1)
-        drop_first(tracer, list, count);
+    if (stage == 1) /* the first one, at the middle and standing for the whole pixel, serves those alone without others */
+        drop_samples(tracer, list, count);
     tracer_sample(tracer, list, count, stage == 1 ? 0 : sampling_stage(stage - 1), sampling_stage(stage), true);
 }
 
@@ -210,26 +208,28 @@ static struct pixel_history *history_of(const struct pixel_grid *grid, const str
     return &histories[(size_t)(y - area->y0) * (area->x1 - area->x0) + x - area->x0];
 }
 
-/* Samples, independently of all the others, as many as their last stages have. */
-static void take_references(struct tracer *tracer, const struct pixel_area *area, struct pixel_history *histories)
+/* Of the area's pixels, lists those that are done with that stage. */
+static size_t list_done(struct tracer *tracer, const struct pixel_area *area, uint32_t samples)
 {
-    size_t pixels = list_area(tracer, area);
-    for (size_t i = 0; i < pixels; i++)
-        tracer->work[tracer->list[i]].sums = (struct pixel_sums){0};
-    tracer->salt = REFERENCE_SALT;
+    size_t all = list_area(tracer, area), count = 0;
+    for (size_t i = 0; i < all; i++)
+        if (tracer->work[tracer->list[i]].samples == samples)
+            tracer->list[count++] = tracer->list[i];
+    return count;
+}
+
+/* Samples the pixels anew, independently of all other times: as many samples as their last stages have. */
+static void take_reference(struct tracer *tracer, const struct pixel_area *area, int which,
+                           struct pixel_history *histories)
+{
+    tracer->salt = which == 0 ? 0x632be5abu : 0x85157af5u;
     for (uint32_t stage = 1; stage < SAMPLING_STAGES; stage++) {
-        uint32_t *list = tracer->list;
-        size_t count = 0, all = list_area(tracer, area);
-        for (size_t i = 0; i < all; i++)
-            if (tracer->work[list[i]].samples == sampling_stage(stage))
-                list[count++] = list[i];
-        for (size_t i = 0; i < count; i++)
-            tracer->work[list[i]].samples = 0;
-        tracer_sample(tracer, list, count, 0, sampling_stage(stage), false);
+        size_t count = list_done(tracer, area, sampling_stage(stage));
+        drop_samples(tracer, tracer->list, count);
+        tracer_sample(tracer, tracer->list, count, 0, sampling_stage(stage), false);
         for (size_t i = 0; i < count; i++) {
-            struct pixel_history *history = history_of(&tracer->grid, area, list[i], histories);
-            history->reference = mean_of(&tracer->work[list[i]]);
-            history->reference_error = error_of(tracer, list[i], false);
+            uint32_t pixel = tracer->list[i];
+            history_of(&tracer->grid, area, pixel, histories)->reference[which] = mean_of(&tracer->work[pixel]);
         }
     }
     tracer->salt = 0;
@@ -252,7 +252,8 @@ void tracer_histories(struct tracer *tracer, const struct sampling *sampling, co
             break;
         advance(tracer, tracer->list, count, stage + 1);
     }
-    take_references(tracer, area, histories);
+    take_reference(tracer, area, 0, histories);
+    take_reference(tracer, area, 1, histories);
     count = list_area(tracer, area);
     for (size_t i = 0; i < count; i++)
         add_counts(counts, &tracer->work[tracer->list[i]]);

@@ -81,15 +81,15 @@ uint32_t sampling_measure(const struct pixel_sums *s, uint32_t samples, struct v
     return measure_of(vec3_max(of), sampling_stage_within(samples) + 1);
 }
 
-double sampling_difference(struct vec3 a, struct vec3 b)
+double sampling_product(struct vec3 a, struct vec3 b, struct vec3 c)
 {
-    const float light[6] = {(float)a.x, (float)a.y, (float)a.z, (float)b.x, (float)b.y, (float)b.z};
-    double shown[6];
-    if (memcmp(light, light + 3, 3 * sizeof *light) == 0)
-        return 0;
-    colour_encode_srgb_many(light, 6, shown);
-    struct vec3 d = {shown[0] - shown[3], shown[1] - shown[4], shown[2] - shown[5]};
-    return vec3_dot(d, d) / 3;
+    const float light[9] = {(float)a.x, (float)a.y, (float)a.z, (float)b.x, (float)b.y,
+                            (float)b.z, (float)c.x, (float)c.y, (float)c.z};
+    double shown[9];
+    colour_encode_srgb_many(light, 9, shown);
+    struct vec3 to_b = {shown[0] - shown[3], shown[1] - shown[4], shown[2] - shown[5]};
+    struct vec3 to_c = {shown[0] - shown[6], shown[1] - shown[7], shown[2] - shown[8]};
+    return vec3_dot(to_b, to_c) / 3;
 }
 
 double sampling_error(const struct pixel_sums *sums, uint32_t samples)

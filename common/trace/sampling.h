@@ -62,9 +62,15 @@ uint32_t sampling_first_measure(struct vec3 range);
 /* The measure after a later stage. */
 uint32_t sampling_measure(const struct pixel_sums *sums, uint32_t samples, struct vec3 range);
 
-/* The squared difference of two colours (linear light) as they are shown (clamped to 0..1, sRGB-encoded), mean of the
- * channels. The colours are rounded to float first. */
-double sampling_difference(struct vec3 a, struct vec3 b);
+/* Of colours (linear light) as they are shown (clamped to 0..1, sRGB-encoded): the mean over the channels of a's
+ * difference to b times that to c. The colours are rounded to float first. */
+double sampling_product(struct vec3 a, struct vec3 b, struct vec3 c);
+
+/* The squared difference of two, likewise. */
+static inline double sampling_difference(struct vec3 a, struct vec3 b)
+{
+    return sampling_product(a, b, b);
+}
 
 /* Estimates of the squared error of the pixel's mean as it is shown, mean of the channels: from the light of the
  * samples' halves, 2 samples or more; and from the range alone (rough), for one sample. */

@@ -7,15 +7,17 @@
 #include "base/hash.h"
 
 enum {
-    BLOCK_SIDE = 8,            /* pixels */
+    BLOCK_SIDE = 4,            /* pixels */
     SURVEYED_PIXELS = 1 << 14, /* about, of a large image, */
     SURVEYED_LEAST = 1 << 11,  /* of a small one: at least so many, as far as it has them, */
     SURVEYED_SHARE = 16,       /* or one in so many */
-    SURVEY_SAMPLES_MAX = 64,   /* of a pixel; what more of them would give is extrapolated */
+    SURVEY_SAMPLES_MAX = 16,   /* of a pixel; what more of them would give is extrapolated, */
+    SURVEY_SAMPLES_DEEP = 64,  /* but in one cell of */
+    SURVEY_CELLS_DEEP = 8,
 };
 
 /* Renders aim a little below the error that they must meet: surveys are off by as much. */
-#define AIM 0.85
+#define AIM 0.8
 
 /* A pixel whose error may be so small a share of what is asked for is known well enough. */
 #define FINEST_SHARE 0.1
@@ -27,7 +29,7 @@ struct survey_grid survey_grid(uint32_t width, uint32_t height)
     surveyed = surveyed > SURVEYED_PIXELS ? SURVEYED_PIXELS : surveyed;
     surveyed = surveyed < SURVEYED_LEAST ? SURVEYED_LEAST : surveyed;
     while (surveyed * side * side < pixels * BLOCK_SIDE * BLOCK_SIDE)
-        side += BLOCK_SIDE / 2;
+        side++;
     return (struct survey_grid){width, height, side, (width + side - 1) / side, (height + side - 1) / side};
 }
 
@@ -63,11 +65,11 @@ static int64_t in_units(double error)
     return (int64_t)(error / PIXEL_ERROR_UNIT);
 }
 
-/* The pixel's squared error after `stage`: the squared difference to an independent mean, less what of it is that mean's
- * own error. So it is right on average, for pixels that looked even by luck too, though negative for some. */
+/* The pixel's squared error after `stage`: the product of its differences to two independent means. So it is right on
+ * average, for pixels that looked even by luck too, though negative for some. */
 static double error_at(const struct pixel_history *history, uint32_t stage)
 {
-    return sampling_difference(history->stage[stage].light, history->reference) - history->reference_error;
+    return sampling_product(history->stage[stage].light, history->reference[0], history->reference[1]);
 }
 
 static void add_outcome(struct survey_outcome *to, uint64_t samples, double error, double estimated)
@@ -121,9 +123,9 @@ void survey_cell(struct tracer *tracer, const struct sampling *sampling, const s
     struct pixel_history histories[BLOCK_SIDE * BLOCK_SIDE];
     struct pixel_area block = block_of(grid, x, y);
     size_t pixels = (size_t)(block.x1 - block.x0) * (block.y1 - block.y0);
+    uint32_t most = (x + 3 * y) % SURVEY_CELLS_DEEP == 0 ? SURVEY_SAMPLES_DEEP : SURVEY_SAMPLES_MAX;
     struct sampling limited = *sampling;
-    if (limited.most > SURVEY_SAMPLES_MAX)
-        limited.most = SURVEY_SAMPLES_MAX;
+    limited.most = limited.most > most ? most : limited.most;
     struct ray_counts taken = {0};
     tracer_histories(tracer, &limited, &block, histories, &taken);
     survey->pixels += pixels;

@@ -53,7 +53,7 @@ void survey_add(struct survey *to, const struct survey *from);
 void survey_write(const struct survey *survey, uint8_t *bytes);
 void survey_read(struct survey *survey, const uint8_t *bytes);
 
-/* The cheapest sampling whose error was at most `error`; if none was, the finest. `surveyed` is what survey_sampling
+/* The cheapest sampling whose error was at most `error`, and a little below; if none was, the finest. `surveyed` is what survey_sampling
  * gave. */
 struct sampling survey_choose(const struct survey *survey, const struct sampling *surveyed, double error);
 

@@ -48,8 +48,7 @@ void tracer_area(struct tracer *tracer, const struct sampling *sampling, const s
 /* What a pixel came to, stage by stage. */
 struct pixel_history {
     uint32_t stages; /* that it went through, from stage 0 on; at least 2 */
-    struct vec3 reference;  /* mean of as many samples as the last stage's, but other ones */
-    double reference_error; /* estimated */
+    struct vec3 reference[2]; /* means of as many samples as the last stage's, but each of other ones */
     struct {
         struct vec3 light; /* mean */
         double error;      /* estimated */

@@ -1,0 +1,219 @@
+/*
+ * Renders say how far off they are, and meet the error that they were asked for: small pictures of scenes in scenes/
+ * against pictures by many samples. The table is printed. Errors are RMSE of what is shown, 0..1.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "scene/load.h"
+#include "tests/sanitized.h"
+#include "tests/scene_builder.h"
+#include "trace/survey.h"
+
+/* With sanitizers the code is the same but ten times slower: there, smaller pictures. */
+#ifdef SANITIZED
+enum { WIDTH = 48, HEIGHT = 27, TRUE_SAMPLES = 256 };
+#else
+enum { WIDTH = 96, HEIGHT = 54, TRUE_SAMPLES = 1024 };
+#endif
+enum { PIXELS = WIDTH * HEIGHT, MOST = 1024 };
+
+/* A scene and its true picture. */
+struct view {
+    struct scene scene;
+    struct plan *plan;
+    struct tracer *tracer;
+    struct pixel *truth;
+};
+
+/* One render's figures. */
+struct outcome {
+    double samples; /* a pixel */
+    double error, estimate;
+};
+
+static struct scene load(const char *path)
+{
+    struct asset_set assets;
+    struct scene scene = {0};
+    struct error error;
+    const char *name;
+    asset_set_init_disk(&assets, path, &name);
+    if (scene_load(&scene, name, &assets, &error) != STATUS_OK)
+        fail_msg("%s", error.text);
+    asset_set_finish(&assets);
+    scene.width = WIDTH;
+    scene.height = HEIGHT;
+    return scene;
+}
+
+/* The whole image, which the caller frees. */
+static struct pixel *render(struct tracer *tracer, const struct sampling *sampling)
+{
+    struct pixel *pixels = memory_array(PIXELS, sizeof *pixels);
+    struct ray_counts counts[HEIGHT] = {{0}};
+    tracer_area(tracer, sampling, &(struct pixel_area){0, WIDTH, 0, HEIGHT}, pixels, counts);
+    return pixels;
+}
+
+/* The view stays where it is: its plan borrows from the scene. */
+static void view_begin(struct view *view, const char *path)
+{
+    view->scene = load(path);
+    struct trace_settings settings = settings_of(&view->scene);
+    view->plan = plan_create(&view->scene, &settings, 1);
+    view->tracer = tracer_create(view->plan, kernel_default());
+    view->truth = render(view->tracer, &(struct sampling){TRUE_SAMPLES, TRUE_SAMPLES, 0});
+}
+
+static void view_end(struct view *view)
+{
+    free(view->truth);
+    tracer_destroy(&view->tracer);
+    plan_destroy(&view->plan);
+    scene_finish(&view->scene);
+}
+
+/* --- figures ---------------------------------------------------------------------------------------------- */
+
+/* The estimate is the pixels' own, which is all that there is for a fixed number of samples. */
+static struct outcome outcome_of(const struct view *view, const struct pixel *pixels)
+{
+    struct outcome sum = {0};
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        sum.samples += pixels[i].samples;
+        sum.error += sampling_difference(pixels[i].light, view->truth[i].light);
+        sum.estimate += pixels[i].error;
+    }
+    return (struct outcome){sum.samples / PIXELS, sqrt(sum.error / PIXELS), sqrt(sum.estimate / PIXELS)};
+}
+
+static struct outcome render_fixed(const struct view *view, uint32_t samples)
+{
+    struct pixel *pixels = render(view->tracer, &(struct sampling){samples, samples, 0});
+    struct outcome outcome = outcome_of(view, pixels);
+    free(pixels);
+    return outcome;
+}
+
+static struct survey survey_image(const struct view *view, const struct sampling *sampling)
+{
+    struct survey survey = {0};
+    struct survey_grid grid = survey_grid(WIDTH, HEIGHT);
+    for (uint32_t y = 0; y < grid.down; y++)
+        for (uint32_t x = 0; x < grid.across; x++)
+            survey_cell(view->tracer, sampling, &grid, x, y, &survey, &(struct ray_counts){0});
+    return survey;
+}
+
+/* As survey_outcome sums them. */
+static void sum_estimates(const struct pixel *pixels, uint64_t estimated[2])
+{
+    for (uint32_t i = 0; i < PIXELS; i++)
+        estimated[pixels[i].samples > 1] += (uint64_t)(pixels[i].error / PIXEL_ERROR_UNIT);
+}
+
+/* As a render on the farm goes about it. */
+static struct outcome render_to(const struct view *view, double error, struct sampling *chosen)
+{
+    uint64_t estimated[2] = {0};
+    struct sampling surveyed = survey_sampling(MOST, error);
+    struct survey survey = survey_image(view, &surveyed);
+    *chosen = survey_choose(&survey, &surveyed, error);
+    struct pixel *pixels = render(view->tracer, chosen);
+    struct outcome outcome = outcome_of(view, pixels);
+    sum_estimates(pixels, estimated);
+    outcome.estimate = survey_error(&survey, chosen, PIXELS, estimated);
+    free(pixels);
+    return outcome;
+}
+
+/* --- what they must be ------------------------------------------------------------------------------------ */
+
+/* Estimates of fixed samples lean on one law of how errors fall, which holds for edges: with patterns and images that
+ * are averaged over cells they are up to 1.45 times too high. Those of adaptive ones lean on a survey, here of 1,536
+ * pixels, whose chance makes up to 1.3. What blurs the survey's reference as it does the render, it does not see: images
+ * that are averaged over wide footprints. */
+static const double estimate_factor = 1.5;
+
+/* The same chance: renders aim at 0.8 of what is asked for. */
+static const double asked_factor = 1.25;
+
+static void check_estimate(const struct outcome *outcome)
+{
+    assert_true(outcome->estimate < estimate_factor * outcome->error);
+    assert_true(outcome->error < estimate_factor * outcome->estimate);
+}
+
+static void check_fixed(const struct view *view, uint32_t samples)
+{
+    struct outcome outcome = render_fixed(view, samples);
+    print_message("#   %4u samples a pixel                error %.5f, estimated %.5f (x %.2f)\n", samples,
+                  outcome.error, outcome.estimate, outcome.estimate / outcome.error);
+    check_estimate(&outcome);
+}
+
+static void check_adaptive(const struct view *view, double error)
+{
+    struct sampling chosen;
+    struct outcome outcome = render_to(view, error, &chosen);
+    print_message("# %6.2f samples, least %2u, threshold %3u: error %.5f, estimated %.5f (x %.2f), ", outcome.samples,
+                  chosen.least, chosen.threshold, outcome.error, outcome.estimate, outcome.estimate / outcome.error);
+    print_message("asked %.3f (x %.2f)\n", error, outcome.error / error);
+    check_estimate(&outcome);
+    assert_true(outcome.error < asked_factor * error);
+}
+
+/* `least`: the smallest error that is asked for. */
+static void check_scene(const char *path, double least)
+{
+    struct view view;
+    view_begin(&view, path);
+    print_message("# %s\n", path);
+    check_fixed(&view, 4);
+    check_fixed(&view, 16);
+    for (double error = 0.02; error >= least; error /= 2)
+        check_adaptive(&view, error);
+    view_end(&view);
+}
+
+static void showcase(void **state)
+{
+    (void)state;
+    check_scene("scenes/showcase.json", 0.005);
+}
+
+static void glass(void **state)
+{
+    (void)state;
+    check_scene("scenes/glass.json", 0.005);
+}
+
+static void images(void **state)
+{
+    (void)state;
+    check_scene("scenes/textures-image.json", 0.01); /* at 0.005 blur makes 0.0057 of it, which is not seen: 0.0037 */
+}
+
+static void transparency(void **state)
+{
+    (void)state;
+    check_scene("scenes/transparency.json", 0.005);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(showcase),
+        cmocka_unit_test(glass),
+        cmocka_unit_test(images),
+        cmocka_unit_test(transparency),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
