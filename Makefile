@@ -91,7 +91,7 @@ $(B)/core_revision.h: $(CORE_SOURCES) Makefile
 $(B)/obj/%.o: %.c $(B)/core_revision.h Makefile | $(B)/dependencies
 	@mkdir -p $(@D)
 	$(if $(V),,@echo '  CC   $<')
-	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) $(if $(filter common/%,$<),$(NO_X87)) -MMD -MP -c -o $@ $<
 
 define LANES_RULE
 $(B)/obj/common/trace/lanes/%.$(1).o: common/trace/lanes/%.c $(B)/core_revision.h Makefile | $(B)/dependencies

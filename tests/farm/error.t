@@ -71,7 +71,7 @@ for tiny in 1x1 1x41 67x1; do
 done
 
 # --- a worker dies --------------------------------------------------------------------------------------------
-long=("$scenes/showcase.json" --size "$([ "$mode" = sanitize ] && echo 160x90 || echo 480x270)" --kernel ref --error 0.003)
+long=("$scenes/showcase.json" --size "$([ "$mode" = sanitize ] && echo 96x54 || echo 480x270)" --kernel ref --error 0.003)
 "$weft" render "${long[@]}" -q -o "$tmp/long.png"
 for moment in surveying running; do
     start $moment "$weft" render "${long[@]}" --workers 3 --progress json -o "$tmp/$moment.png"

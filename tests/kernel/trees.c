@@ -14,10 +14,15 @@
 #include <cmocka.h>
 
 #include "tests/random.h"
+#include "tests/sanitized.h"
 #include "tests/scene_builder.h"
 #include "trace/plan_parts.h"
 
+#ifdef SANITIZED /* some ten times slower */
+enum { RAYS = 1000 };
+#else
 enum { RAYS = 8000 };
+#endif
 
 /* --- what is found ---------------------------------------------------------------------------------------- */
 
