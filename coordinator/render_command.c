@@ -299,7 +299,7 @@ static void say_done(const struct render_job *job, void *context)
     if (a->quiet || strcmp(a->progress, "json") == 0)
         return;
     double seconds = (double)(job->ended_ms - job->started_ms) / 1000;
-    double rays = (double)row_figures_rays(&job->figures);
+    double rays = (double)row_figures_rays(&job->figures) + (double)job->survey.rays;
     char count[16], rate[16];
     format_count(count, rays);
     format_count(rate, seconds > 0 ? rays / seconds : 0);

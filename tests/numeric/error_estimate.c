@@ -137,8 +137,8 @@ static struct outcome render_to(const struct view *view, double error, struct sa
 /* --- what they must be ------------------------------------------------------------------------------------ */
 
 /* Estimates of fixed samples lean on one law of how errors fall, which holds for edges: with patterns and images that
- * are averaged over cells they are up to 1.45 times too high. Those of adaptive ones lean on a survey, here of 1,536
- * pixels, whose chance makes up to 1.3. What blurs the survey's reference as it does the render, it does not see: images
+ * are averaged over cells they are up to 1.45 times too high. Those of adaptive ones lean on a survey, here of 1,792
+ * pixels, whose chance makes up to 1.2. What blurs the survey's reference as it does the render, it does not see: images
  * that are averaged over wide footprints. */
 static const double estimate_factor = 1.5;
 
