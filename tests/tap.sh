@@ -142,6 +142,16 @@ ends() {
 $(cat "$tmp/$5.err")"
 }
 
+# kill_workers_of PID SECONDS: kills the local workers of a render, again and again, until it is over or for so long.
+kill_workers_of() {
+    local latest=$((SECONDS + $2)) process
+    while ! is_over "$1" && [ "$SECONDS" -lt $latest ]; do
+        for process in $(processes weft-worker "$1"); do
+            kill -KILL "$process" 2>/dev/null
+        done
+    done
+}
+
 # wait_until COMMAND SECONDS: fails if the command does not succeed in time.
 wait_until() {
     local deadline=$((${EPOCHREALTIME/[.,]/} + $2 * 1000000))

@@ -64,12 +64,7 @@ complete "the only remote worker killed, another one comes" last
 
 # --- all of them, again and again -----------------------------------------------------------------------------
 render hopeless --workers 2 "${endless[@]}"
-latest=$((SECONDS + 60))
-while ! is_over "$pid" && [ "$SECONDS" -lt $latest ]; do
-    for process in $(processes weft-worker "$pid"); do
-        kill -KILL "$process" 2>/dev/null
-    done
-done
+kill_workers_of "$pid" 60
 ends 1 "with all local workers killed again and again the render fails" "$pid" 5 hopeless
 like "and says so" "$(tail -n 1 "$tmp/hopeless.err")" '^weft: .*(all local workers have died|lost)'
 ok "nothing is written" is_empty "$tmp/pictures"

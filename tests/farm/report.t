@@ -98,12 +98,7 @@ as_promised "has a report" "$tmp/ended.json"
 holds "of what it had come to" "$tmp/ended.json" "\$j->{state} eq 'running' && \$j->{rows} == @{\$j->{bands}} &&
     \$j->{rows} > 0 && \$j->{rows} < $slow_rows && sum0(values %{\$j->{histogram}}) == 160 * \$j->{rows} && !defined \$j->{rmse}"
 start hopeless "$weft" render "${slow[@]}" --samples 800 --workers 2 --report "$tmp/failed.json" -o "$tmp/ended.png"
-latest=$((SECONDS + 60))
-while ! is_over "$pid" && [ "$SECONDS" -lt $latest ]; do
-    for process in $(processes weft-worker "$pid"); do
-        kill -KILL "$process" 2>/dev/null
-    done
-done
+kill_workers_of "$pid" 60
 ends 1 "a render whose workers are killed again and again" "$pid" 5 hopeless
 as_promised "has a report" "$tmp/failed.json"
 holds "that says so" "$tmp/failed.json" '$j->{state} eq "failed" && !defined $j->{rmse} && $j->{seconds}{total} < 60 &&
