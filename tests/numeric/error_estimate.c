@@ -11,9 +11,9 @@
 
 #include <cmocka.h>
 
-#include "scene/load.h"
 #include "tests/sanitized.h"
 #include "tests/scene_builder.h"
+#include "tests/scene_file.h"
 #include "trace/survey.h"
 
 /* With sanitizers the code is the same but ten times slower: there, smaller pictures. */
@@ -38,21 +38,6 @@ struct outcome {
     double error, estimate;
 };
 
-static struct scene load(const char *path)
-{
-    struct asset_set assets;
-    struct scene scene = {0};
-    struct error error;
-    const char *name;
-    asset_set_init_disk(&assets, path, &name);
-    if (scene_load(&scene, name, &assets, &error) != STATUS_OK)
-        fail_msg("%s", error.text);
-    asset_set_finish(&assets);
-    scene.width = WIDTH;
-    scene.height = HEIGHT;
-    return scene;
-}
-
 /* The whole image, which the caller frees. */
 static struct pixel *render(struct tracer *tracer, const struct sampling *sampling)
 {
@@ -65,7 +50,7 @@ static struct pixel *render(struct tracer *tracer, const struct sampling *sampli
 /* The view stays where it is: its plan borrows from the scene. */
 static void view_begin(struct view *view, const char *path)
 {
-    view->scene = load(path);
+    view->scene = scene_of_file(path, WIDTH, HEIGHT);
     struct trace_settings settings = settings_of(&view->scene);
     view->plan = plan_create(&view->scene, &settings, 1);
     view->tracer = tracer_create(view->plan, kernel_default());

@@ -16,11 +16,11 @@
 
 #include <cmocka.h>
 
-#include "scene/load.h"
 #include "tests/numeric/moved_scene.h"
 #include "tests/numeric/oracle_picture.h"
 #include "tests/numeric/picture_file.h"
 #include "tests/scene_builder.h"
+#include "tests/scene_file.h"
 
 /* Half a step of a 16 bit image: what is nearer than this is the same light. */
 static const double light_tolerance = 0x1p-17;
@@ -37,15 +37,7 @@ enum { SIDE = 36 };
 
 static struct scene load(const char *path, uint32_t side)
 {
-    struct asset_set assets;
-    struct scene scene = {0};
-    struct error error;
-    const char *name;
-    asset_set_init_disk(&assets, path, &name);
-    if (scene_load(&scene, name, &assets, &error) != STATUS_OK)
-        fail_msg("%s", error.text);
-    asset_set_finish(&assets);
-    scene.width = scene.height = side;
+    struct scene scene = scene_of_file(path, side, side);
     scene.samples = 1;
     return scene;
 }
