@@ -161,21 +161,43 @@ static inline uint8_t quantize8(double linear)
     return (uint8_t)(part->code + (bits >= part->border));
 }
 
+/* Whether the value is where the curve is a power that the coarse parts know. */
+static inline bool is_curved(double linear)
+{
+    return in_parts(bits_of(linear)) && linear > STRAIGHT;
+}
+
+/* Within MARGIN, of such a value. */
+static inline double encode_curved(double linear)
+{
+    const struct coarse_part *part = &tables.coarse[part_of(bits_of(linear), COARSE_BITS)];
+    double d = linear - part->middle;
+    return part->c[0] + d * (part->c[1] + d * (part->c[2] + d * part->c[3]));
+}
+
 /* Where the cubic is too near to a border between two codes to tell them apart, the definition does. */
 static inline uint16_t quantize16(double linear)
 {
-    uint64_t bits = bits_of(linear);
-    if (!in_parts(bits) || linear <= STRAIGHT)
+    if (!is_curved(linear))
         return (uint16_t)quantized(linear, 65535);
-    const struct coarse_part *part = &tables.coarse[part_of(bits, COARSE_BITS)];
-    double d = linear - part->middle;
-    double encoded = part->c[0] + d * (part->c[1] + d * (part->c[2] + d * part->c[3]));
-    double value = 65535 * encoded + 0.5;
+    double value = 65535 * encode_curved(linear) + 0.5;
     int code = (int)value;
     double above = value - code;
     if (above <= 65535 * MARGIN || above >= 1 - 65535 * MARGIN)
         return (uint16_t)quantized(linear, 65535);
     return (uint16_t)code;
+}
+
+static inline double encode_near(double linear)
+{
+    return is_curved(linear) ? encode_curved(linear) : colour_encode_srgb(linear);
+}
+
+void colour_encode_srgb_near(const struct vec3 *linear, size_t count, struct vec3 *encoded)
+{
+    need_tables();
+    for (size_t i = 0; i < count; i++)
+        encoded[i] = vec3_make(encode_near(linear[i].x), encode_near(linear[i].y), encode_near(linear[i].z));
 }
 
 void colour_quantize8(const struct vec3 *linear, size_t count, uint8_t *codes)

@@ -107,6 +107,24 @@ static void many_at_once_are_encoded_alike(void **state)
     assert_true(encoded[0] == 0 && encoded[2] == 1 && encoded[3] == 0 && encoded[4] == 1 && encoded[6] == 1);
 }
 
+/* Up to the borders of every part of the curve, and outside. */
+static void colours_are_encoded_nearly_alike(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 100000; i++) {
+        struct vec3 linear = {i * 0x1p-16, ldexp(1 + (i & 255) / 256.0, -(int)(i >> 8) % 16), -(double)i}, encoded;
+        linear.y = i & 1 << 16 ? nextafter(linear.y, 0) : linear.y;
+        colour_encode_srgb_near(&linear, 1, &encoded);
+        assert_true(fabs(encoded.x - colour_encode_srgb(linear.x)) <= 0x1p-28);
+        assert_true(fabs(encoded.y - colour_encode_srgb(linear.y)) <= 0x1p-28);
+        assert_true(encoded.z == 0);
+    }
+    struct vec3 odd[2] = {{NAN, INFINITY, -INFINITY}, {1, 0.0031308, 0x1p-1074}}, encoded[2];
+    colour_encode_srgb_near(odd, 2, encoded);
+    assert_true(encoded[0].x == 0 && encoded[0].y == 1 && encoded[0].z == 0 && encoded[1].x == 1);
+    assert_true(encoded[1].y == 12.92 * 0.0031308 && encoded[1].z == 12.92 * 0x1p-1074);
+}
+
 /* Both sides of every border between codes, which encoding has to be monotonic to place. */
 static void check_borders(double highest, int (*quantize)(double), int neighbours)
 {
@@ -166,6 +184,7 @@ int main(void)
         cmocka_unit_test(what_is_outside_is_clamped),
         cmocka_unit_test(all_codes_survive_the_round_trip),
         cmocka_unit_test(many_at_once_are_encoded_alike),
+        cmocka_unit_test(colours_are_encoded_nearly_alike),
         cmocka_unit_test(quantizers_equal_their_definition_at_the_borders),
         cmocka_unit_test(quantizers_equal_their_definition_between_parts),
         cmocka_unit_test(quantizers_equal_their_definition_anywhere),
