@@ -6,7 +6,8 @@
 
 enum {
     JOBS_AHEAD = 2,       /* unfinished jobs that workers are told of: the one in work and the one to come */
-    BAND_ROWS_MAX = 32,   /* of a band cut automatically */
+    BAND_ROWS_MAX = 32,   /* of a band cut automatically, */
+    BAND_ROWS_MIN = 4,    /* and of a render's, where so many are left: adaptive sampling looks beyond its edges */
     BANDS_A_THREAD = 2,   /* into how many bands a thread's share of the remaining rows is cut */
     BACKUP_PATIENCE = 2,  /* a band out for so many times the mean, and a little, is a straggler */
     BACKUP_LEAST_MS = 100,
@@ -188,10 +189,12 @@ static bool has_waiting(const struct job *job)
  * the end is near. */
 static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job)
 {
-    uint32_t remaining = rows_of(job) - job->next_row, rows = job->pass == PASS_RENDER ? s->policy.band_rows : 0;
+    bool renders = job->pass == PASS_RENDER;
+    uint32_t remaining = rows_of(job) - job->next_row, rows = renders ? s->policy.band_rows : 0;
     if (rows == 0) {
-        uint64_t share = remaining / (BANDS_A_THREAD * (s->threads ? s->threads : 1));
-        rows = share < 1 ? 1 : share > BAND_ROWS_MAX ? BAND_ROWS_MAX : (uint32_t)share;
+        uint64_t share = remaining / (BANDS_A_THREAD * (s->threads ? s->threads : 1)), least = renders ? BAND_ROWS_MIN : 1;
+        share = share < least ? least : share;
+        rows = share < BAND_ROWS_MAX ? (uint32_t)share : BAND_ROWS_MAX;
     }
     return rows < remaining ? rows : remaining;
 }

@@ -15,7 +15,7 @@ static uint32_t divide_up(uint32_t a, uint32_t b)
 
 static void init_survey(struct band *band)
 {
-    band->tiles_across = survey_grid(band->settings->width, band->settings->height).across;
+    band->tiles_across = divide_up(survey_grid(band->settings->width, band->settings->height).across, SURVEY_RUN);
     band->tiles = band->tiles_across * band->order.rows;
     band->survey = memory_array(1, sizeof *band->survey);
 }
@@ -125,8 +125,9 @@ static void survey_tile(struct tracer *tracer, const struct band *band, uint32_t
     struct survey_grid grid = survey_grid(band->settings->width, band->settings->height);
     struct ray_counts counts = {0};
     outcome->survey = (struct survey){0};
-    survey_cell(tracer, &band->order.sampling, &grid, index % grid.across,
-                band->order.first_row + index / grid.across, &outcome->survey, &counts);
+    uint32_t first = index % band->tiles_across * SURVEY_RUN, left = grid.across - first;
+    survey_cells(tracer, &band->order.sampling, &grid, first, left < SURVEY_RUN ? left : SURVEY_RUN,
+                 band->order.first_row + index / band->tiles_across, &outcome->survey, &counts);
     outcome->rays += count_rays(&counts);
 }
 

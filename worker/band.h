@@ -12,8 +12,9 @@
 #include "wire/rows.h"
 #include "worker/order.h"
 
-/* Pixels of a render's tile. Adaptive sampling looks a pixel beyond it, so small ones cost. A survey's are its cells. */
-enum { TILE_WIDTH = 64, TILE_ROWS = 16 };
+/* Pixels of a render's tile. Adaptive sampling looks beyond it, so small ones cost. A survey's are runs of its
+ * cells. */
+enum { TILE_WIDTH = 64, TILE_ROWS = 32 };
 
 /* Tiles are numbered row of tiles by row of tiles. */
 struct band {

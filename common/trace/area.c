@@ -3,89 +3,119 @@
 
 #include "trace/tracer_private.h"
 
-/* The whole area as a grid, and `margin` pixels around it as far as the image has them. */
-static struct pixel_grid grid_of(const struct plan *plan, const struct pixel_area *area, uint32_t margin)
+/* Puts the area in work, with `margin` pixels around it as far as the image has them. */
+static struct pixel_grid add_area(struct tracer *tracer, const struct pixel_area *area, uint32_t margin)
 {
+    const struct trace_settings *image = &tracer->generation.plan->settings;
     uint32_t x0 = area->x0 > margin ? area->x0 - margin : 0, y0 = area->y0 > margin ? area->y0 - margin : 0;
-    uint32_t right = plan->settings.width - area->x1, below = plan->settings.height - area->y1;
+    uint32_t right = image->width - area->x1, below = image->height - area->y1;
     uint32_t x1 = area->x1 + (right < margin ? right : margin), y1 = area->y1 + (below < margin ? below : margin);
-    return (struct pixel_grid){x0, y0, x1 - x0, y1 - y0};
+    struct pixel_grid grid = {x0, y0, x1 - x0, y1 - y0, 0};
+    tracer_add_grid(tracer, &grid);
+    return grid;
+}
+
+static uint32_t pixel_at(const struct pixel_grid *grid, uint32_t x, uint32_t y)
+{
+    return grid->first + (x - grid->x) * grid->rows + y - grid->y;
 }
 
 enum { LIST_ROWS = 4 };
 
-/* Lists the grid's pixels within the area, by LIST_ROWS rows at a time and down each column of these: so rays in a row
- * stay near one another in both directions. Returns how many. */
-static size_t list_area(struct tracer *tracer, const struct pixel_area *area)
+/* Lists the area's pixels, which are the grid's too, by LIST_ROWS rows at a time and down each column of these: so rays in
+ * a row stay near one another in both directions. Returns how many. */
+static size_t list_area(const struct pixel_grid *grid, const struct pixel_area *area, uint32_t *list)
 {
-    const struct pixel_grid *grid = &tracer->grid;
-    uint32_t x0 = area->x0 - grid->x, x1 = area->x1 - grid->x, y0 = area->y0 - grid->y, y1 = area->y1 - grid->y;
     size_t count = 0;
-    for (uint32_t top = y0; top < y1; top += LIST_ROWS)
-        for (uint32_t x = x0; x < x1; x++)
-            for (uint32_t y = top; y < y1 && y < top + LIST_ROWS; y++)
-                tracer->list[count++] = x * grid->rows + y;
+    for (uint32_t top = area->y0; top < area->y1; top += LIST_ROWS)
+        for (uint32_t x = area->x0; x < area->x1; x++)
+            for (uint32_t y = top; y < area->y1 && y < top + LIST_ROWS; y++)
+                list[count++] = pixel_at(grid, x, y);
     return count;
+}
+
+static size_t list_grid(const struct pixel_grid *grid, uint32_t *list)
+{
+    struct pixel_area all = {grid->x, grid->x + grid->columns, grid->y, grid->y + grid->rows};
+    return list_area(grid, &all, list);
 }
 
 /* --- how far first samples lie apart ---------------------------------------------------------------------- */
 
-static struct vec3 vec3_lower(struct vec3 a, struct vec3 b)
+static float least(float a, float b)
 {
-    return vec3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+    return a < b ? a : b;
 }
 
-static struct vec3 vec3_higher(struct vec3 a, struct vec3 b)
+/* Of each pixel of the grid, the least value of it and those above and below. */
+static void spread_down(const struct pixel_grid *grid, const float *from, float *to)
 {
-    return vec3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
-}
-
-/* The least and greatest roots of each pixel and those above and below it. */
-static void span_columns(struct tracer *tracer)
-{
-    uint32_t rows = tracer->grid.rows;
-    for (uint32_t pixel = 0; pixel < tracer->grid.columns * rows; pixel++) {
-        uint32_t row = pixel % rows;
-        struct vec3 low = tracer->work[pixel].sums.roots, high = low;
-        if (row > 0) {
-            low = vec3_lower(low, tracer->work[pixel - 1].sums.roots);
-            high = vec3_higher(high, tracer->work[pixel - 1].sums.roots);
-        }
-        if (row + 1 < rows) {
-            low = vec3_lower(low, tracer->work[pixel + 1].sums.roots);
-            high = vec3_higher(high, tracer->work[pixel + 1].sums.roots);
-        }
-        tracer->low[pixel] = low;
-        tracer->high[pixel] = high;
+    uint32_t last = grid->rows - 1;
+    for (uint32_t column = 0; column < grid->columns; column++, from += grid->rows, to += grid->rows) {
+        to[0] = least(from[0], from[last > 0 ? 1 : 0]);
+        for (uint32_t row = 1; row < last; row++)
+            to[row] = least(least(from[row - 1], from[row]), from[row + 1]);
+        to[last] = least(from[last > 0 ? last - 1 : 0], from[last]);
     }
 }
 
-/* From those, how far they lie apart over three columns. */
-static void span_rows(struct tracer *tracer)
+/* And of those left and right. */
+static void spread_across(const struct pixel_grid *grid, const float *from, float *to)
 {
-    uint32_t rows = tracer->grid.rows, pixels = tracer->grid.columns * rows;
-    for (uint32_t pixel = 0; pixel < pixels; pixel++) {
-        struct vec3 low = tracer->low[pixel], high = tracer->high[pixel];
-        if (pixel >= rows) {
-            low = vec3_lower(low, tracer->low[pixel - rows]);
-            high = vec3_higher(high, tracer->high[pixel - rows]);
-        }
-        if (pixel + rows < pixels) {
-            low = vec3_lower(low, tracer->low[pixel + rows]);
-            high = vec3_higher(high, tracer->high[pixel + rows]);
-        }
-        tracer->range[pixel] = vec3_sub(high, low);
+    uint32_t rows = grid->rows;
+    for (uint32_t column = 0; column < grid->columns; column++, from += rows, to += rows) {
+        const float *left = column > 0 ? from - rows : from;
+        const float *right = column + 1 < grid->columns ? from + rows : from;
+        for (uint32_t row = 0; row < rows; row++)
+            to[row] = least(least(left[row], from[row]), right[row]);
     }
 }
 
-/* Takes one sample of each pixel of the grid and finds their ranges. */
-static void look(struct tracer *tracer)
+/* How far apart the values are that have these least values and least negatives. */
+static void find_range(const struct pixel_grid *grid, const float *low, const float *negative, float *range)
 {
-    const struct pixel_grid *grid = &tracer->grid;
-    struct pixel_area all = {grid->x, grid->x + grid->columns, grid->y, grid->y + grid->rows};
-    tracer_sample(tracer, tracer->list, list_area(tracer, &all), 0, 1, true);
-    span_columns(tracer);
-    span_rows(tracer);
+    for (uint32_t i = 0; i < grid->columns * grid->rows; i++)
+        range[i] = -(low[i] + negative[i]);
+}
+
+/* From the pixels' first samples: over 3×3 of them, and then over 5×5. */
+static void find_ranges(struct tracer *tracer, const struct pixel_grid *grid)
+{
+    float *bound[6];
+    for (int i = 0; i < 6; i++)
+        bound[i] = tracer->bound[i] + grid->first;
+    for (uint32_t i = 0; i < grid->columns * grid->rows; i++) {
+        struct vec3 roots = tracer->work[grid->first + i].sums.roots;
+        const float root[3] = {(float)roots.x, (float)roots.y, (float)roots.z};
+        for (int c = 0; c < 3; c++) {
+            bound[c][i] = root[c];
+            bound[3 + c][i] = -root[c];
+        }
+    }
+    for (int distance = 1; distance <= SAMPLING_REACH; distance++) {
+        for (int i = 0; i < 6; i++) {
+            spread_down(grid, bound[i], tracer->scratch);
+            spread_across(grid, tracer->scratch, bound[i]);
+        }
+        for (int c = 0; c < 3; c++)
+            find_range(grid, bound[c], bound[3 + c], (distance == 1 ? tracer->near : tracer->wide)[c] + grid->first);
+    }
+}
+
+/* Takes one sample of each pixel of the grids and finds their ranges. */
+static void look(struct tracer *tracer, const struct pixel_grid *grids, size_t count)
+{
+    size_t listed = 0;
+    for (size_t i = 0; i < count; i++)
+        listed += list_grid(&grids[i], tracer->list + listed);
+    tracer_sample(tracer, tracer->list, listed, 0, 1, true);
+    for (size_t i = 0; i < count; i++)
+        find_ranges(tracer, &grids[i]);
+}
+
+static struct vec3 channels_of(float *const values[3], uint32_t pixel)
+{
+    return vec3_make(values[0][pixel], values[1][pixel], values[2][pixel]);
 }
 
 /* --- stages ----------------------------------------------------------------------------------------------- */
@@ -111,8 +141,10 @@ static void advance(struct tracer *tracer, const uint32_t *list, size_t count, u
 static uint32_t measure(const struct tracer *tracer, uint32_t pixel)
 {
     const struct pixel_work *work = &tracer->work[pixel];
-    struct vec3 range = tracer->range[pixel];
-    return work->samples == 1 ? sampling_first_measure(range) : sampling_measure(&work->sums, work->samples, range);
+    struct vec3 near = channels_of(tracer->near, pixel);
+    if (work->samples == 1)
+        return sampling_first_measure(near, channels_of(tracer->wide, pixel));
+    return sampling_measure(&work->sums, work->samples, near);
 }
 
 /* Of the pixels listed, all at one stage, keeps those that are to go on. */
@@ -125,11 +157,12 @@ static size_t keep_open(const struct tracer *tracer, const struct sampling *samp
     return kept;
 }
 
-static void sample_adaptively(struct tracer *tracer, const struct sampling *sampling, const struct pixel_area *area)
+static void sample_adaptively(struct tracer *tracer, const struct sampling *sampling, const struct pixel_grid *grid,
+                              const struct pixel_area *area)
 {
-    look(tracer);
+    look(tracer, grid, 1);
     uint32_t *list = tracer->list;
-    size_t count = list_area(tracer, area);
+    size_t count = list_area(grid, area, list);
     for (uint32_t stage = 1; stage < SAMPLING_STAGES && sampling_stage(stage) <= sampling->most; stage++) {
         count = keep_open(tracer, sampling, list, count);
         advance(tracer, list, count, stage);
@@ -143,7 +176,7 @@ static double error_of(const struct tracer *tracer, uint32_t pixel, bool has_ran
     const struct pixel_work *work = &tracer->work[pixel];
     if (work->samples > 1)
         return sampling_error(&work->sums, work->samples);
-    return has_range ? sampling_first_error(tracer->range[pixel]) : 0;
+    return has_range ? sampling_first_error(channels_of(tracer->near, pixel)) : 0;
 }
 
 static void add_counts(struct ray_counts *counts, const struct pixel_work *work)
@@ -160,17 +193,12 @@ static struct vec3 mean_of(const struct pixel_work *work)
     return vec3_make(sum.x / samples, sum.y / samples, sum.z / samples);
 }
 
-static uint32_t pixel_at(const struct pixel_grid *grid, uint32_t x, uint32_t y)
-{
-    return (x - grid->x) * grid->rows + y - grid->y;
-}
-
-static void take_results(const struct tracer *tracer, const struct pixel_area *area, bool has_range,
-                         struct pixel *pixels, struct ray_counts *counts)
+static void take_results(const struct tracer *tracer, const struct pixel_grid *grid, const struct pixel_area *area,
+                         bool has_range, struct pixel *pixels, struct ray_counts *counts)
 {
     for (uint32_t y = area->y0; y < area->y1; y++)
         for (uint32_t x = area->x0; x < area->x1; x++) {
-            uint32_t pixel = pixel_at(&tracer->grid, x, y);
+            uint32_t pixel = pixel_at(grid, x, y);
             const struct pixel_work *work = &tracer->work[pixel];
             *pixels++ = (struct pixel){mean_of(work), error_of(tracer, pixel, has_range), work->samples};
             add_counts(&counts[y - area->y0], work);
@@ -181,13 +209,13 @@ void tracer_area(struct tracer *tracer, const struct sampling *sampling, const s
                  struct pixel *pixels, struct ray_counts *counts)
 {
     bool fixed = sampling_is_fixed(sampling);
-    struct pixel_grid grid = grid_of(tracer->generation.plan, area, fixed ? 0 : 1);
-    tracer_set_grid(tracer, &grid);
+    tracer->pixels = 0;
+    struct pixel_grid grid = add_area(tracer, area, fixed ? 0 : SAMPLING_REACH);
     if (fixed)
-        tracer_sample(tracer, tracer->list, list_area(tracer, area), 0, sampling->most, false);
+        tracer_sample(tracer, tracer->list, list_area(&grid, area, tracer->list), 0, sampling->most, false);
     else
-        sample_adaptively(tracer, sampling, area);
-    take_results(tracer, area, !fixed, pixels, counts);
+        sample_adaptively(tracer, sampling, &grid, area);
+    take_results(tracer, &grid, area, !fixed, pixels, counts);
 }
 
 /* --- histories -------------------------------------------------------------------------------------------- */
@@ -201,60 +229,95 @@ static void note_stage(const struct tracer *tracer, uint32_t pixel, struct pixel
     history->stage[stage].measure = measure(tracer, pixel);
 }
 
-static struct pixel_history *history_of(const struct pixel_grid *grid, const struct pixel_area *area, uint32_t pixel,
-                                        struct pixel_history *histories)
+/* Of histories[count], lists the pixels that are done with that stage. */
+static size_t list_done(const struct pixel_history *histories, size_t count, uint32_t stage, uint32_t *list)
 {
-    uint32_t x = grid->x + pixel / grid->rows, y = grid->y + pixel % grid->rows;
-    return &histories[(size_t)(y - area->y0) * (area->x1 - area->x0) + x - area->x0];
-}
-
-/* Of the area's pixels, lists those that are done with that stage. */
-static size_t list_done(struct tracer *tracer, const struct pixel_area *area, uint32_t samples)
-{
-    size_t all = list_area(tracer, area), count = 0;
-    for (size_t i = 0; i < all; i++)
-        if (tracer->work[tracer->list[i]].samples == samples)
-            tracer->list[count++] = tracer->list[i];
-    return count;
+    size_t done = 0;
+    for (size_t i = 0; i < count; i++)
+        if (histories[i].stages == stage + 1)
+            list[done++] = histories[i].pixel;
+    return done;
 }
 
 /* Samples the pixels anew, independently of all other times: as many samples as their last stages have. */
-static void take_reference(struct tracer *tracer, const struct pixel_area *area, int which,
-                           struct pixel_history *histories)
+static void take_reference(struct tracer *tracer, int which, struct pixel_history *histories, size_t count)
 {
     tracer->salt = which == 0 ? 0x632be5abu : 0x85157af5u;
     for (uint32_t stage = 1; stage < SAMPLING_STAGES; stage++) {
-        size_t count = list_done(tracer, area, sampling_stage(stage));
-        drop_samples(tracer, tracer->list, count);
-        tracer_sample(tracer, tracer->list, count, 0, sampling_stage(stage), false);
-        for (size_t i = 0; i < count; i++) {
-            uint32_t pixel = tracer->list[i];
-            history_of(&tracer->grid, area, pixel, histories)->reference[which] = mean_of(&tracer->work[pixel]);
-        }
+        size_t done = list_done(histories, count, stage, tracer->list);
+        drop_samples(tracer, tracer->list, done);
+        tracer_sample(tracer, tracer->list, done, 0, sampling_stage(stage), false);
     }
     tracer->salt = 0;
+    for (size_t i = 0; i < count; i++)
+        histories[i].reference[which] = mean_of(&tracer->work[histories[i].pixel]);
 }
 
-void tracer_histories(struct tracer *tracer, const struct sampling *sampling, const struct pixel_area *area,
-                      struct pixel_history *histories, struct ray_counts *counts)
+/* Of an area's pixels that look even only each so-manieth is followed, and stands for those up to the next. */
+enum { EVEN_SHARE = 5 };
+
+/* Begins the histories of pixels list[count], one area's. Returns how many there are. */
+static size_t follow(const struct tracer *tracer, uint32_t even, const uint32_t *list, size_t count,
+                     struct pixel_history *histories)
 {
-    struct pixel_grid grid = grid_of(tracer->generation.plan, area, 1);
-    tracer_set_grid(tracer, &grid);
-    look(tracer);
-    size_t count = list_area(tracer, area);
-    memset(histories, 0, count * sizeof *histories);
-    for (uint32_t stage = 0;; stage++) {
-        for (size_t i = 0; i < count; i++)
-            note_stage(tracer, tracer->list[i], history_of(&grid, area, tracer->list[i], histories));
-        if (stage > 0)
-            count = keep_open(tracer, sampling, tracer->list, count);
-        if (count == 0 || stage + 1 == SAMPLING_STAGES || sampling_stage(stage + 1) > sampling->most)
-            break;
-        advance(tracer, tracer->list, count, stage + 1);
+    size_t followed = 0, alike = 0, last_alike = 0;
+    for (size_t i = 0; i < count; i++) {
+        bool is_even = measure(tracer, list[i]) >= even;
+        if (is_even && alike++ % EVEN_SHARE != 0) {
+            histories[last_alike].weight++;
+            continue;
+        }
+        last_alike = is_even ? followed : last_alike;
+        histories[followed++] = (struct pixel_history){.pixel = list[i], .weight = 1};
     }
-    take_reference(tracer, area, 0, histories);
-    take_reference(tracer, area, 1, histories);
-    count = list_area(tracer, area);
+    return followed;
+}
+
+/* Begins the histories of areas[count]. Returns how many there are. */
+static size_t begin_histories(struct tracer *tracer, uint32_t even, const struct pixel_area *areas, size_t count,
+                              struct pixel_history *histories)
+{
+    struct pixel_grid grids[HISTORY_AREAS_MAX];
+    size_t followed = 0;
+    tracer->pixels = 0;
     for (size_t i = 0; i < count; i++)
-        add_counts(counts, &tracer->work[tracer->list[i]]);
+        grids[i] = add_area(tracer, &areas[i], SAMPLING_REACH);
+    look(tracer, grids, count);
+    for (size_t i = 0; i < count; i++) {
+        size_t pixels = list_area(&grids[i], &areas[i], tracer->list);
+        followed += follow(tracer, even, tracer->list, pixels, histories + followed);
+    }
+    for (size_t i = 0; i < followed; i++)
+        note_stage(tracer, histories[i].pixel, &histories[i]);
+    return followed;
+}
+
+/* Those of the histories that are at that stage and are to go on go on. Returns how many. */
+static size_t go_on(struct tracer *tracer, const struct sampling *sampling, uint32_t stage,
+                    struct pixel_history *histories, size_t count)
+{
+    size_t open = list_done(histories, count, stage, tracer->list);
+    if (stage > 0)
+        open = keep_open(tracer, sampling, tracer->list, open);
+    advance(tracer, tracer->list, open, stage + 1);
+    for (size_t i = 0; i < count; i++)
+        if (tracer->work[histories[i].pixel].samples == sampling_stage(stage + 1))
+            note_stage(tracer, histories[i].pixel, &histories[i]);
+    return open;
+}
+
+size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, uint32_t even,
+                        const struct pixel_area *areas, size_t count, struct pixel_history *histories, struct ray_counts *counts)
+{
+    size_t pixels = begin_histories(tracer, even, areas, count, histories), open = pixels;
+    for (uint32_t stage = 0; open > 0 && stage + 1 < SAMPLING_STAGES; stage++) {
+        if (sampling_stage(stage + 1) > sampling->most)
+            break;
+        open = go_on(tracer, sampling, stage, histories, pixels);
+    }
+    take_reference(tracer, 0, histories, pixels);
+    take_reference(tracer, 1, histories, pixels);
+    for (size_t i = 0; i < pixels; i++)
+        add_counts(counts, &tracer->work[histories[i].pixel]);
+    return pixels;
 }

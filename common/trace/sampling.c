@@ -3,13 +3,15 @@
 #include <math.h>
 #include <string.h>
 
+
 #include "math/colour.h"
 
 /* How much the measures weigh what they see. Fitted to twelve scenes (pictures by 1 to 64 samples against 1,024) so that
  * one threshold for all stages takes the fewest samples for the same error. Per sample, the squared error of pixels with
  * edges falls as N^-1.5, so what one more sample is worth as N^-2.5; a little more is best, for a pixel that looks even
  * after few samples may have been lucky: N^-2.75, 11 quarters of an octave a doubling. */
-#define WEIGHT_FIRST_RANGE (1.0 / 16)
+#define WEIGHT_FIRST_NEAR (1.0 / 16)
+#define WEIGHT_FIRST_WIDE (1.0 / 256)
 #define WEIGHT_HALVES 3.0
 #define WEIGHT_RANGE 0.5
 
@@ -59,10 +61,11 @@ static uint32_t measure_of(double unevenness, uint32_t doublings)
     return quarters < SAMPLING_THRESHOLDS ? (uint32_t)quarters : SAMPLING_THRESHOLDS - 1;
 }
 
-uint32_t sampling_first_measure(struct vec3 range)
+uint32_t sampling_first_measure(struct vec3 near, struct vec3 wide)
 {
-    double widest = vec3_max(range);
-    return measure_of(WEIGHT_FIRST_RANGE * widest * widest, 0);
+    double nearest = WEIGHT_FIRST_NEAR * vec3_max(near) * vec3_max(near);
+    double widest = WEIGHT_FIRST_WIDE * vec3_max(wide) * vec3_max(wide);
+    return measure_of(nearest > widest ? nearest : widest, 0);
 }
 
 static double unevenness(double roots, double half_roots, double squares, double range, double samples)
@@ -83,13 +86,19 @@ uint32_t sampling_measure(const struct pixel_sums *s, uint32_t samples, struct v
 
 double sampling_product(struct vec3 a, struct vec3 b, struct vec3 c)
 {
-    const float light[9] = {(float)a.x, (float)a.y, (float)a.z, (float)b.x, (float)b.y,
-                            (float)b.z, (float)c.x, (float)c.y, (float)c.z};
-    double shown[9];
-    colour_encode_srgb_many(light, 9, shown);
-    struct vec3 to_b = {shown[0] - shown[3], shown[1] - shown[4], shown[2] - shown[5]};
-    struct vec3 to_c = {shown[0] - shown[6], shown[1] - shown[7], shown[2] - shown[8]};
-    return vec3_dot(to_b, to_c) / 3;
+    const struct vec3 light[3] = {a, b, c};
+    struct vec3 shown[3];
+    colour_encode_srgb_near(light, 3, shown);
+    return vec3_dot(vec3_sub(shown[0], shown[1]), vec3_sub(shown[0], shown[2])) / 3;
+}
+
+double sampling_difference(struct vec3 a, struct vec3 b)
+{
+    const struct vec3 light[2] = {a, b};
+    struct vec3 shown[2];
+    colour_encode_srgb_near(light, 2, shown);
+    struct vec3 apart = vec3_sub(shown[0], shown[1]);
+    return vec3_dot(apart, apart) / 3;
 }
 
 double sampling_error(const struct pixel_sums *sums, uint32_t samples)

@@ -17,6 +17,7 @@
 enum {
     SAMPLING_STAGES = 16,         /* 1, 4, 8 … 65536 samples */
     SAMPLING_THRESHOLDS = 256,    /* 0 .. 255 */
+    SAMPLING_REACH = 2,           /* pixels: so far away first samples of others count */
     SAMPLING_MEASURES_A_DOUBLING = 11, /* so much a measure grows if there are twice the samples, just as uneven */
 };
 
@@ -54,27 +55,22 @@ struct pixel_sums {
 /* The roots of a sample's channels, clamped. */
 struct vec3 sampling_roots(struct vec3 light);
 
-/* The measure after stage 0: `range` is how far the roots of the first samples of the pixel and its eight neighbours
- * (those within the image) lie apart, in each channel. 0 .. SAMPLING_THRESHOLDS − 1, the larger the better the pixel is
- * known. */
-uint32_t sampling_first_measure(struct vec3 range);
+/* The measure after stage 0: `near` is how far the roots of the first samples of the pixel and its eight neighbours (those
+ * within the image) lie apart, in each channel, and `wide` of these and theirs: needles between samples are often near an
+ * edge that was seen. 0 .. SAMPLING_THRESHOLDS − 1, the larger the better the pixel is known. */
+uint32_t sampling_first_measure(struct vec3 near, struct vec3 wide);
 
 /* The measure after a later stage. */
-uint32_t sampling_measure(const struct pixel_sums *sums, uint32_t samples, struct vec3 range);
+uint32_t sampling_measure(const struct pixel_sums *sums, uint32_t samples, struct vec3 near);
 
-/* Of colours (linear light) as they are shown (clamped to 0..1, sRGB-encoded): the mean over the channels of a's
- * difference to b times that to c. The colours are rounded to float first. */
+/* Of colours (linear light) as they are shown (clamped to 0..1, sRGB-encoded, within 2^-28): the mean over the channels of
+ * a's difference to b times that to c, and the squared difference of two, likewise. */
 double sampling_product(struct vec3 a, struct vec3 b, struct vec3 c);
-
-/* The squared difference of two, likewise. */
-static inline double sampling_difference(struct vec3 a, struct vec3 b)
-{
-    return sampling_product(a, b, b);
-}
+double sampling_difference(struct vec3 a, struct vec3 b);
 
 /* Estimates of the squared error of the pixel's mean as it is shown, mean of the channels: from the light of the
- * samples' halves, 2 samples or more; and from the range alone (rough), for one sample. */
+ * samples' halves, 2 samples or more; and from `near` alone (rough), for one sample. */
 double sampling_error(const struct pixel_sums *sums, uint32_t samples);
-double sampling_first_error(struct vec3 range);
+double sampling_first_error(struct vec3 near);
 
 #endif

@@ -25,16 +25,17 @@ struct survey_grid survey_grid(uint32_t width, uint32_t height);
 /* What pixels would have come to under one threshold. Errors are those of sampling_error, in units of PIXEL_ERROR_UNIT,
  * of pixels with one sample ([0]) and with more ([1]). */
 struct survey_outcome {
-    uint64_t samples;
-    int64_t error[2];      /* measured against samples of their own: right on average */
-    uint64_t estimated[2]; /* by the pixels' own samples, as a render would estimate it */
+    int64_t samples;
+    int64_t error[2];     /* measured against samples of their own: right on average */
+    int64_t estimated[2]; /* by the pixels' own samples, as a render would estimate it */
 };
 
-/* policy[i]: at least 4^i samples. */
+/* steps[i]: with at least 4^i samples. From one threshold to the next the outcome of few pixels changes, so what is kept is
+ * how much: the outcome of a threshold is the sum of all steps up to it. */
 enum { SURVEY_POLICIES = 4 };
 struct survey {
     uint64_t pixels, rays; /* rays: of every kind, that the survey took */
-    struct survey_outcome policy[SURVEY_POLICIES][SAMPLING_THRESHOLDS];
+    struct survey_outcome steps[SURVEY_POLICIES][SAMPLING_THRESHOLDS];
 };
 
 enum { SURVEY_BYTES = 16 + SURVEY_POLICIES * SAMPLING_THRESHOLDS * 5 * 8 };
@@ -43,9 +44,11 @@ enum { SURVEY_BYTES = 16 + SURVEY_POLICIES * SAMPLING_THRESHOLDS * 5 * 8 };
  * `most` samples a pixel, one of sampling_stage's from 4 on: its threshold is the finest that may be chosen. */
 struct sampling survey_sampling(uint32_t most, double error);
 
-/* Surveys the block of one cell (x < across, y < down) and adds what it finds, and the rays that it took. */
-void survey_cell(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid, uint32_t x,
-                 uint32_t y, struct survey *survey, struct ray_counts *counts);
+/* Surveys the blocks of cells x .. x + count − 1 of row y of the cells, and adds what it finds, and the rays that it took.
+ * What comes of a block does not depend on which others there are; SURVEY_RUN of them are traced together. */
+enum { SURVEY_RUN = 32 };
+void survey_cells(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid, uint32_t x,
+                  uint32_t count, uint32_t y, struct survey *survey, struct ray_counts *counts);
 
 void survey_add(struct survey *to, const struct survey *from);
 
@@ -53,8 +56,10 @@ void survey_add(struct survey *to, const struct survey *from);
 void survey_write(const struct survey *survey, uint8_t *bytes);
 void survey_read(struct survey *survey, const uint8_t *bytes);
 
-/* The cheapest sampling whose error was at most `error`, and a little below; if none was, the finest. `surveyed` is what survey_sampling
- * gave. */
+struct survey_outcome survey_outcome(const struct survey *survey, uint32_t policy, uint32_t threshold);
+
+/* The cheapest sampling whose error was at most `error`, and a little below; if none was, the finest. `surveyed` is what
+ * survey_sampling gave. */
 struct sampling survey_choose(const struct survey *survey, const struct sampling *surveyed, double error);
 
 /* The RMSE (as shown, 0..1) of a render by one sample a pixel. */

@@ -34,26 +34,39 @@ void tracer_destroy(struct tracer **pointer)
     free(tracer->digits);
     free(tracer->work);
     free(tracer->list);
-    free(tracer->range);
-    free(tracer->low);
-    free(tracer->high);
+    free(tracer->scratch);
+    for (int c = 0; c < 3; c++) {
+        free(tracer->near[c]);
+        free(tracer->wide[c]);
+    }
+    for (int i = 0; i < 6; i++)
+        free(tracer->bound[i]);
     free(tracer);
     *pointer = NULL;
 }
 
-void tracer_set_grid(struct tracer *tracer, const struct pixel_grid *grid)
+static void need_pixels(struct tracer *tracer, size_t pixels)
 {
-    size_t pixels = (size_t)grid->columns * grid->rows;
-    tracer->grid = *grid;
-    if (pixels > tracer->grid_capacity) {
-        tracer->grid_capacity = pixels;
-        tracer->work = memory_resize(tracer->work, pixels, sizeof *tracer->work);
-        tracer->list = memory_resize(tracer->list, pixels, sizeof *tracer->list);
-        tracer->range = memory_resize(tracer->range, pixels, sizeof *tracer->range);
-        tracer->low = memory_resize(tracer->low, pixels, sizeof *tracer->low);
-        tracer->high = memory_resize(tracer->high, pixels, sizeof *tracer->high);
+    if (pixels <= tracer->pixel_capacity)
+        return;
+    tracer->work = memory_grow(tracer->work, &tracer->pixel_capacity, pixels, sizeof *tracer->work);
+    tracer->list = memory_resize(tracer->list, tracer->pixel_capacity, sizeof *tracer->list);
+    tracer->scratch = memory_resize(tracer->scratch, tracer->pixel_capacity, sizeof *tracer->scratch);
+    for (int c = 0; c < 3; c++) {
+        tracer->near[c] = memory_resize(tracer->near[c], tracer->pixel_capacity, sizeof *tracer->near[c]);
+        tracer->wide[c] = memory_resize(tracer->wide[c], tracer->pixel_capacity, sizeof *tracer->wide[c]);
     }
-    memset(tracer->work, 0, pixels * sizeof *tracer->work);
+    for (int i = 0; i < 6; i++)
+        tracer->bound[i] = memory_resize(tracer->bound[i], tracer->pixel_capacity, sizeof *tracer->bound[i]);
+}
+
+void tracer_add_grid(struct tracer *tracer, struct pixel_grid *grid)
+{
+    grid->first = (uint32_t)tracer->pixels;
+    need_pixels(tracer, tracer->pixels + (size_t)grid->columns * grid->rows);
+    for (uint32_t column = 0; column < grid->columns; column++)
+        for (uint32_t row = 0; row < grid->rows; row++)
+            tracer->work[tracer->pixels++] = (struct pixel_work){.x = grid->x + column, .y = grid->y + row};
 }
 
 /* --- camera rays ------------------------------------------------------------------------------------------ */
@@ -80,11 +93,11 @@ static void need_digits(struct tracer *tracer, uint32_t count)
 static void number_pixel(struct tracer *tracer, uint32_t pixel, uint32_t sample, size_t first, size_t count)
 {
     const struct sample_digits *digits = tracer->digits + sample;
-    uint32_t column = pixel / tracer->grid.rows, row = pixel % tracer->grid.rows;
+    uint32_t x = tracer->work[pixel].x, y = tracer->work[pixel].y;
     for (size_t i = 0; i < count; i++) {
         tracer->pixel[first + i] = pixel;
-        tracer->pixel_x[first + i] = tracer->grid.x + column;
-        tracer->pixel_y[first + i] = tracer->grid.y + row;
+        tracer->pixel_x[first + i] = x;
+        tracer->pixel_y[first + i] = y;
         tracer->digits_x[first + i] = digits[i].x;
         tracer->digits_y[first + i] = digits[i].y;
     }

@@ -47,6 +47,8 @@ void tracer_area(struct tracer *tracer, const struct sampling *sampling, const s
 
 /* What a pixel came to, stage by stage. */
 struct pixel_history {
+    uint32_t pixel;  /* the tracer's own */
+    uint32_t weight; /* how many pixels it stands for */
     uint32_t stages; /* that it went through, from stage 0 on; at least 2 */
     struct vec3 reference[2]; /* means of as many samples as the last stage's, but each of other ones */
     struct {
@@ -56,8 +58,13 @@ struct pixel_history {
     } stage[SAMPLING_STAGES];
 };
 
-/* As tracer_area, with an adaptive sampling whose least is 1, but every pixel goes through stage 1. `counts` is one sum. */
-void tracer_histories(struct tracer *tracer, const struct sampling *sampling, const struct pixel_area *area,
-                      struct pixel_history *histories, struct ray_counts *counts);
+enum { HISTORY_AREAS_MAX = 64 };
+
+/* As tracer_area, but of areas[count], count <= HISTORY_AREAS_MAX, which do not overlap, with an adaptive sampling whose
+ * least is 1; and pixels go through stage 1 at least. Many of those whose first measure is at least `even` are left out, and
+ * others stand for them. `histories` has room for all pixels, and gets those that were followed in some order; returns how many.
+ * `counts` is one sum. */
+size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, uint32_t even,
+                        const struct pixel_area *areas, size_t count, struct pixel_history *histories, struct ray_counts *counts);
 
 #endif

@@ -8,14 +8,16 @@
 
 enum { CAMERA_RAYS_MAX = 1024 }; /* a batch */
 
-/* Pixels of the image that are in work together, numbered down each column. */
+/* A rectangle of the image. The tracer numbers pixels grid by grid, and down each column. */
 struct pixel_grid {
     uint32_t x, y; /* of its first pixel */
     uint32_t columns, rows;
+    uint32_t first; /* number of its first pixel */
 };
 
-/* Of each pixel of a grid. */
+/* Of each pixel that is in work. */
 struct pixel_work {
+    uint32_t x, y;
     struct pixel_sums sums;
     uint32_t samples;                   /* that the sums hold */
     uint32_t secondary, shadow, camera; /* rays traced */
@@ -35,24 +37,24 @@ struct tracer {
     uint32_t secondary[CAMERA_RAYS_MAX], shadow[CAMERA_RAYS_MAX]; /* rays that it led to */
     _Alignas(64) double x[CAMERA_RAYS_MAX];
     double y[CAMERA_RAYS_MAX];
-    uint32_t pixel[CAMERA_RAYS_MAX]; /* of the grid */
+    uint32_t pixel[CAMERA_RAYS_MAX]; /* its number */
     uint32_t pixel_x[CAMERA_RAYS_MAX], pixel_y[CAMERA_RAYS_MAX];
     uint32_t digits_x[CAMERA_RAYS_MAX], digits_y[CAMERA_RAYS_MAX];
 
     uint32_t salt; /* of the samples: see sample.h */
-    struct pixel_grid grid;
-    struct pixel_work *work; /* of each pixel of the grid */
-    uint32_t *list;          /* pixels of the grid */
-    struct vec3 *range;      /* of each pixel of the grid: see sampling_first_measure */
-    struct vec3 *low, *high; /* scratch */
-    size_t grid_capacity;    /* pixels */
+    size_t pixels;           /* in work */
+    struct pixel_work *work; /* of each of them */
+    uint32_t *list;          /* some of them */
+    float *near[3], *wide[3]; /* of each, in each channel: see sampling_first_measure */
+    float *bound[6], *scratch; /* see area.c */
+    size_t pixel_capacity;
 };
 
-/* Makes a grid the tracer's, with empty work. */
-void tracer_set_grid(struct tracer *tracer, const struct pixel_grid *grid);
+/* Puts more pixels in work, without samples; sets grid->first. (tracer->pixels = 0 ends the work on those there are.) */
+void tracer_add_grid(struct tracer *tracer, struct pixel_grid *grid);
 
-/* Adds samples first .. end − 1 to the work of pixels list[count] of the grid, which has the samples before. `end` is how
- * many samples the pixel is taken to have: it decides their footprints. With `roots`, roots and squares are summed too. */
+/* Adds samples first .. end − 1 to the work of pixels list[count], which have the samples before. `end` is how many
+ * samples the pixel is taken to have: it decides their footprints. With `roots`, roots and squares are summed too. */
 void tracer_sample(struct tracer *tracer, const uint32_t *list, size_t count, uint32_t first, uint32_t end, bool roots);
 
 #endif

@@ -92,8 +92,7 @@ static struct survey survey_image(const struct view *view, const struct sampling
     struct survey survey = {0};
     struct survey_grid grid = survey_grid(WIDTH, HEIGHT);
     for (uint32_t y = 0; y < grid.down; y++)
-        for (uint32_t x = 0; x < grid.across; x++)
-            survey_cell(view->tracer, sampling, &grid, x, y, &survey, &(struct ray_counts){0});
+        survey_cells(view->tracer, sampling, &grid, 0, grid.across, y, &survey, &(struct ray_counts){0});
     return survey;
 }
 

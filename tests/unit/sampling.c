@@ -51,7 +51,7 @@ static struct vec3 range_in_channel(uint32_t index, double range)
 
 static uint32_t first_measure(uint32_t index, double range)
 {
-    return sampling_first_measure(range_in_channel(index, range));
+    return sampling_first_measure(range_in_channel(index, range), grey(0));
 }
 
 /* A quarter of an octave of the range's square is an eighth of one of the range. Ranges are random, so that rounding
@@ -73,7 +73,18 @@ static void the_widest_channel_makes_the_first_measure(void **state)
     (void)state;
     for (uint32_t i = 0; i < 1000; i++) {
         struct vec3 range = {random_between(i, 0, 0, 1), random_between(i, 1, 0, 1), random_between(i, 2, 0, 1)};
-        assert_int_equal(sampling_first_measure(range), first_measure(0, vec3_max(range)));
+        assert_int_equal(sampling_first_measure(range, grey(0)), first_measure(0, vec3_max(range)));
+    }
+}
+
+/* Samples farther away must lie four times as far apart to count as much. */
+static void what_lies_around_counts_less(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 10000; i++) {
+        double near = random_between(i, 0, 0.01, 0.25), wide = random_between(i, 1, near, 1);
+        uint32_t expected = first_measure(i, 4 * near > wide ? near : wide / 4);
+        assert_int_equal(sampling_first_measure(range_in_channel(i, near), range_in_channel(i / 3, wide)), expected);
     }
 }
 
@@ -94,14 +105,14 @@ static uint32_t measure_of(uint32_t samples, double mean, double off, double lea
 static void measures_start_where_they_did(void **state)
 {
     (void)state;
-    assert_int_equal(sampling_first_measure(grey(1)), 16);
+    assert_int_equal(sampling_first_measure(grey(1), grey(1)), 16);
     assert_int_equal(measure_of(4, 0.5, 0.25, 0, 0), 16 + 2 * SAMPLING_MEASURES_A_DOUBLING);
 }
 
 static void an_even_pixel_gets_the_largest_measure(void **state)
 {
     (void)state;
-    assert_int_equal(sampling_first_measure(grey(0)), SAMPLING_THRESHOLDS - 1);
+    assert_int_equal(sampling_first_measure(grey(0), grey(0)), SAMPLING_THRESHOLDS - 1);
     for (uint32_t stage = 1; stage < SAMPLING_STAGES; stage++)
         assert_int_equal(measure_of(sampling_stage(stage), 0.25, 0, 0, 0), SAMPLING_THRESHOLDS - 1);
 }
@@ -159,20 +170,37 @@ static struct vec3 random_light(uint32_t index, uint32_t draw)
 
 static double shown_difference(double a, double b)
 {
-    double difference = colour_encode_srgb((float)a) - colour_encode_srgb((float)b);
+    double difference = colour_encode_srgb(a) - colour_encode_srgb(b);
     return difference * difference;
 }
 
-/* Encoded values are within 1e-14 (colour.h) and their differences below 1: squares are within 4e-14, and their own
- * rounding adds less than a tenth of it. */
+/* Encoded values are within 2^-28 (colour.h) and their differences d at most 1, so squares of these within 2 d 2^-27 and a
+ * little; and products likewise. */
+static const double margin = 0x1.01p-26;
+
 static void differences_are_of_colours_as_shown(void **state)
 {
     (void)state;
     for (uint32_t i = 0; i < 100000; i++) {
         struct vec3 a = random_light(i, 0), b = random_light(i, 3);
         double expected = (shown_difference(a.x, b.x) + shown_difference(a.y, b.y) + shown_difference(a.z, b.z)) / 3;
-        assert_true(fabs(sampling_difference(a, b) - expected) <= 4.4e-14);
+        assert_true(fabs(sampling_difference(a, b) - expected) <= margin);
         assert_true(sampling_difference(a, b) == sampling_difference(b, a));
+        assert_true(sampling_product(a, b, b) == sampling_difference(a, b));
+    }
+}
+
+static void products_are_of_differences_as_shown(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 10000; i++) {
+        struct vec3 a = random_light(i, 0), b = random_light(i, 3), c = random_light(i, 6);
+        struct vec3 dark = vec3_make(-1, 0, -0.5);
+        double bc = sampling_product(a, b, c), to_dark = sampling_product(a, dark, c);
+        assert_true(bc == sampling_product(a, c, b));
+        /* (a − b)(a − c) − (a − 0)(a − c) = (0 − b)(0 + a − (0 + c)) */
+        double expected = sampling_product(dark, b, c) - sampling_product(dark, b, a);
+        assert_true(fabs(bc - to_dark - expected) <= 4 * margin);
     }
 }
 
@@ -181,10 +209,9 @@ static void light_that_is_shown_alike_does_not_differ(void **state)
     (void)state;
     struct vec3 a = {0.25, 0.5, 0.75};
     assert_true(sampling_difference(a, a) == 0);
-    assert_true(sampling_difference(a, vec3_scale(a, 1 + 0x1p-40)) == 0); /* the same float */
     assert_true(sampling_difference(grey(1), grey(2)) == 0);
     assert_true(sampling_difference(grey(-1), grey(0)) == 0);
-    assert_true(fabs(sampling_difference(grey(0), grey(1)) - 1) <= 4.4e-14);
+    assert_true(sampling_difference(grey(0), grey(1)) == 1);
 }
 
 /* --- estimates of errors ---------------------------------------------------------------------------------- */
@@ -281,12 +308,14 @@ int main(void)
         cmocka_unit_test(a_stage_within_is_the_last_that_fits),
         cmocka_unit_test(first_measures_are_quarter_octaves),
         cmocka_unit_test(the_widest_channel_makes_the_first_measure),
+        cmocka_unit_test(what_lies_around_counts_less),
         cmocka_unit_test(measures_start_where_they_did),
         cmocka_unit_test(an_even_pixel_gets_the_largest_measure),
         cmocka_unit_test(twice_the_samples_raise_the_measure),
         cmocka_unit_test(more_uneven_pixels_get_smaller_measures),
         cmocka_unit_test(roots_are_of_clamped_channels),
         cmocka_unit_test(differences_are_of_colours_as_shown),
+        cmocka_unit_test(products_are_of_differences_as_shown),
         cmocka_unit_test(light_that_is_shown_alike_does_not_differ),
         cmocka_unit_test(equal_halves_estimate_no_error),
         cmocka_unit_test(errors_at_edges_are_estimated_right_on_average),

@@ -255,7 +255,7 @@ static void test_bands_cover_the_picture(void **state)
                 check_bands(rows[r], band_rows[b], threads[t]);
 }
 
-/* Guided: large first, single rows at the end, and far fewer bands than rows. */
+/* Guided: large first, small at the end, and far fewer bands than rows. */
 static void test_guided_bands_shrink(void **state)
 {
     (void)state;
@@ -263,7 +263,7 @@ static void test_guided_bands_shrink(void **state)
     start(0);
     size_t count = run_through(1080, 4, grants);
     assert_int_equal(grants[0].rows, 32);
-    assert_int_equal(grants[count - 1].rows, 1);
+    assert_in_range(grants[count - 1].rows, 1, 4);
     assert_in_range(count, 50, 80);
 }
 

@@ -74,7 +74,7 @@ static void surveys_see_enough_but_not_too_much(void **state)
 enum { WATCHED = 1 << 16 };
 static struct {
     uint32_t width, height;   /* of the image */
-    uint8_t sampled[WATCHED]; /* more than once: those of the block, not its neighbours */
+    uint8_t sampled[WATCHED]; /* more than once: those of the block that are followed, not its neighbours */
 } watched;
 
 static void watching_camera(const struct plan *plan, const struct camera_rays *rays, struct path_batch *paths)
@@ -126,9 +126,9 @@ static void check_blocks(uint32_t width, uint32_t height)
             struct survey survey = {0};
             uint64_t pixels = (uint64_t)length_within(width, grid.side, x) * length_within(height, grid.side, y);
             memset(watched.sampled, 0, sizeof watched.sampled);
-            survey_cell(tracer, &(struct sampling){1, 16, 80}, &grid, x, y, &survey, &(struct ray_counts){0});
+            survey_cells(tracer, &(struct sampling){1, 16, 80}, &grid, x, 1, y, &survey, &(struct ray_counts){0});
             assert_int_equal(survey.pixels, pixels);
-            check_sampled(&grid, x, y, pixels);
+            check_sampled(&grid, x, y, (pixels + 4) / 5); /* where all is even, one in five is followed */
         }
     tracer_destroy(&tracer);
     plan_destroy(&plan);
@@ -158,18 +158,20 @@ static struct scene balls_scene(void)
     return scene;
 }
 
-/* All cells, from the first or from the last on, each noted on its own and then added, or all into one. */
-static struct survey survey_image(const struct plan *plan, const struct sampling *sampling, bool backwards,
+/* All cells, so many of a row at a time, from the first or from the last on, each time noted on its own and then added, or
+ * all into one. */
+static struct survey survey_image(const struct plan *plan, const struct sampling *sampling, uint32_t run, bool backwards,
                                   bool apart)
 {
     struct survey survey = {0};
     struct survey_grid grid = survey_grid(plan->settings.width, plan->settings.height);
     struct tracer *tracer = tracer_create(plan, kernel_default());
-    for (uint32_t i = 0; i < grid.across * grid.down; i++) {
-        uint32_t cell = backwards ? grid.across * grid.down - 1 - i : i;
+    uint32_t runs = (grid.across + run - 1) / run;
+    for (uint32_t i = 0; i < runs * grid.down; i++) {
+        uint32_t at = backwards ? runs * grid.down - 1 - i : i, x = at % runs * run, left = grid.across - x;
         struct survey part = {0};
-        survey_cell(tracer, sampling, &grid, cell % grid.across, cell / grid.across, apart ? &part : &survey,
-                    &(struct ray_counts){0});
+        survey_cells(tracer, sampling, &grid, x, left < run ? left : run, at / runs, apart ? &part : &survey,
+                     &(struct ray_counts){0});
         survey_add(&survey, &part);
     }
     tracer_destroy(&tracer);
@@ -183,9 +185,9 @@ static void a_survey_is_the_same_in_any_order(void **state)
     struct trace_settings settings = settings_of(&scene);
     struct plan *plan = plan_create(&scene, &settings, 1);
     struct sampling sampling = survey_sampling(64, 0.01);
-    struct survey expected = survey_image(plan, &sampling, false, false);
-    for (int i = 1; i < 4; i++) {
-        struct survey found = survey_image(plan, &sampling, i & 1, i & 2);
+    struct survey expected = survey_image(plan, &sampling, 1, false, false);
+    for (uint32_t i = 1; i < 8; i++) {
+        struct survey found = survey_image(plan, &sampling, i < 4 ? i : 1000, i & 1, i & 2);
         assert_memory_equal(&found, &expected, sizeof found);
     }
     assert_true(expected.rays > 4 * expected.pixels);
@@ -202,17 +204,17 @@ static void noted_samples_rise_with_the_threshold(void **state)
     struct trace_settings settings = settings_of(&scene);
     struct plan *plan = plan_create(&scene, &settings, 1);
     struct sampling sampling = survey_sampling(256, 0.01);
-    struct survey survey = survey_image(plan, &sampling, false, false);
+    struct survey survey = survey_image(plan, &sampling, 1000, false, false);
     for (uint32_t policy = 0; policy < SURVEY_POLICIES; policy++) {
-        const struct survey_outcome *outcome = survey.policy[policy];
-        assert_int_equal(outcome[0].samples, survey.pixels << 2 * policy);
-        assert_true(outcome[SAMPLING_THRESHOLDS - 1].samples <= 256 * survey.pixels);
+        assert_int_equal(survey_outcome(&survey, policy, 0).samples, survey.pixels << 2 * policy);
+        assert_true(survey_outcome(&survey, policy, SAMPLING_THRESHOLDS - 1).samples <= (int64_t)(256 * survey.pixels));
         for (uint32_t i = 1; i < SAMPLING_THRESHOLDS; i++) {
-            assert_true(outcome[i].samples >= outcome[i - 1].samples);
-            assert_true(policy == 0 || outcome[i].samples >= survey.policy[policy - 1][i].samples);
+            assert_true(survey.steps[policy][i].samples >= 0);
+            assert_true(policy == 0 || survey_outcome(&survey, policy, i).samples >=
+                                           survey_outcome(&survey, policy - 1, i).samples);
         }
     }
-    assert_true(survey.policy[0][sampling.threshold].samples > 2 * survey.pixels);
+    assert_true(survey_outcome(&survey, 0, sampling.threshold).samples > (int64_t)(2 * survey.pixels));
     plan_destroy(&plan);
     scene_finish(&scene);
 }
@@ -259,8 +261,8 @@ static void bytes_are_in_order(void **state)
     (void)state;
     uint8_t bytes[SURVEY_BYTES];
     struct survey survey = {.pixels = 1, .rays = 2};
-    survey.policy[0][0] = (struct survey_outcome){3, {-1, 5}, {6, 7}};
-    survey.policy[SURVEY_POLICIES - 1][SAMPLING_THRESHOLDS - 1].estimated[1] = 8;
+    survey.steps[0][0] = (struct survey_outcome){3, {-1, 5}, {6, 7}};
+    survey.steps[SURVEY_POLICIES - 1][SAMPLING_THRESHOLDS - 1].estimated[1] = 8;
     survey_write(&survey, bytes);
     const uint8_t first[7] = {1, 2, 3, 0xff, 5, 6, 7};
     for (int i = 0; i < 7; i++) {
@@ -283,10 +285,10 @@ static void addition_has_no_order(void **state)
     }
     assert_memory_equal(&ab, &ba, sizeof ab);
     assert_true(ab.rays == part[0].rays + part[1].rays + part[2].rays);
-    const struct survey_outcome *sum = &ab.policy[3][255], *first = &part[0].policy[3][255];
-    assert_true(sum->estimated[1] == first->estimated[1] + part[1].policy[3][255].estimated[1] +
-                                         part[2].policy[3][255].estimated[1]);
-    assert_true(sum->error[0] == first->error[0] + part[1].policy[3][255].error[0] + part[2].policy[3][255].error[0]);
+    const struct survey_outcome *sum = &ab.steps[3][255], *first = &part[0].steps[3][255];
+    assert_true(sum->estimated[1] == first->estimated[1] + part[1].steps[3][255].estimated[1] +
+                                         part[2].steps[3][255].estimated[1]);
+    assert_true(sum->error[0] == first->error[0] + part[1].steps[3][255].error[0] + part[2].steps[3][255].error[0]);
 }
 
 int main(void)

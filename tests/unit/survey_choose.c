@@ -15,23 +15,39 @@
 
 static const double asked = 0.01; /* RMSE */
 
+/* Sets what was noted of one sampling, and of no other. */
+static void set_outcome(struct survey *survey, uint32_t policy, uint32_t threshold, struct survey_outcome outcome)
+{
+    struct survey_outcome before = survey_outcome(survey, policy, threshold), *step = &survey->steps[policy][threshold];
+    for (int next = 0; next <= 1 && threshold + (uint32_t)next < SAMPLING_THRESHOLDS; next++) {
+        int64_t sign = next ? -1 : 1;
+        step[next].samples += sign * (outcome.samples - before.samples);
+        for (int class = 0; class < 2; class++) {
+            step[next].error[class] += sign * (outcome.error[class] - before.error[class]);
+            step[next].estimated[class] += sign * (outcome.estimated[class] - before.estimated[class]);
+        }
+    }
+}
+
+/* Of 1,000 pixels. */
+static int64_t error_sum(double error)
+{
+    return (int64_t)(1000 * error * error / PIXEL_ERROR_UNIT);
+}
+
 /* 1,000 pixels that were `error` off with two samples each, whatever the sampling. */
 static struct survey even_survey(double error)
 {
     struct survey survey = {.pixels = 1000};
     for (uint32_t policy = 0; policy < SURVEY_POLICIES; policy++)
-        for (uint32_t i = 0; i < SAMPLING_THRESHOLDS; i++)
-            survey.policy[policy][i] = (struct survey_outcome){
-                .samples = 2000, .error = {(int64_t)(500 * error * error / PIXEL_ERROR_UNIT),
-                                           (int64_t)(500 * error * error / PIXEL_ERROR_UNIT)}};
+        survey.steps[policy][0] = (struct survey_outcome){
+            .samples = 2000, .error = {error_sum(error) / 2, error_sum(error) / 2}};
     return survey;
 }
 
-/* Sets what was noted of one sampling. */
-static void note(struct survey *survey, uint32_t policy, uint32_t threshold, uint64_t samples, double error)
+static void note(struct survey *survey, uint32_t policy, uint32_t threshold, int64_t samples, double error)
 {
-    double sum = 1000 * error * error / PIXEL_ERROR_UNIT;
-    survey->policy[policy][threshold] = (struct survey_outcome){.samples = samples, .error = {0, (int64_t)sum}};
+    set_outcome(survey, policy, threshold, (struct survey_outcome){.samples = samples, .error = {0, error_sum(error)}});
 }
 
 static void assert_sampling(struct sampling found, uint32_t least, uint32_t most, uint32_t threshold)
@@ -65,8 +81,7 @@ static void errors_of_all_pixels_count(void **state)
     (void)state;
     struct sampling surveyed = {1, 64, 100};
     struct survey survey = even_survey(2 * asked);
-    note(&survey, 0, 20, 100, 0.5 * asked);
-    survey.policy[0][20].error[0] = survey.policy[0][90].error[0];
+    set_outcome(&survey, 0, 20, (struct survey_outcome){.samples = 100, .error = {error_sum(2 * asked), 0}});
     note(&survey, 0, 40, 200, 0.5 * asked);
     assert_sampling(survey_choose(&survey, &surveyed, asked), 1, 64, 40);
 }
@@ -102,7 +117,7 @@ static void what_is_surveyed_follows_the_error(void **state)
 {
     (void)state;
     uint32_t last = 0;
-    for (double error = 1; error > 1e-9; error /= 2) {
+    for (double error = 1; error > 1e-10; error /= 2) {
         struct sampling sampling = survey_sampling(64, error);
         assert_true(sampling.least == 1 && sampling.most == 64 && sampling.threshold < SAMPLING_THRESHOLDS);
         assert_true(sampling.threshold >= last);
@@ -126,8 +141,8 @@ static void estimates_are_corrected_as_in_the_survey(void **state)
     struct survey survey = {.pixels = 1000};
     const struct sampling sampling = {16, 64, 40}, other = {4, 64, 40};
     const uint64_t estimated[2] = {7000000, 5000000};
-    survey.policy[2][40] = (struct survey_outcome){.error = {3000, 400}, .estimated = {6000, 100}};
-    survey.policy[1][40] = (struct survey_outcome){.error = {6000, 100}, .estimated = {6000, 100}};
+    set_outcome(&survey, 2, 40, (struct survey_outcome){.error = {3000, 400}, .estimated = {6000, 100}});
+    set_outcome(&survey, 1, 40, (struct survey_outcome){.error = {6000, 100}, .estimated = {6000, 100}});
     /* 7,000,000 × 3000 / 6000 + 5,000,000 × 400 / 100 */
     assert_close(survey_error(&survey, &sampling, 20000, estimated), sqrt(23500000 * PIXEL_ERROR_UNIT / 20000));
     assert_close(survey_error(&survey, &other, 20000, estimated), sqrt(12000000 * PIXEL_ERROR_UNIT / 20000));
@@ -140,9 +155,9 @@ static void what_was_not_estimated_is_taken_from_the_survey(void **state)
     struct survey survey = {.pixels = 1000};
     const struct sampling sampling = {1, 64, 9};
     const uint64_t estimated[2] = {0, 5000000};
-    survey.policy[0][9] = (struct survey_outcome){.error = {300, 400}, .estimated = {0, 100}};
+    set_outcome(&survey, 0, 9, (struct survey_outcome){.error = {300, 400}, .estimated = {0, 100}});
     assert_close(survey_error(&survey, &sampling, 20000, estimated), sqrt(20006000 * PIXEL_ERROR_UNIT / 20000));
-    survey.policy[0][9] = (struct survey_outcome){.error = {-300, -5}, .estimated = {10, 0}};
+    set_outcome(&survey, 0, 9, (struct survey_outcome){.error = {-300, -5}, .estimated = {10, 0}});
     assert_true(survey_error(&survey, &sampling, 20000, estimated) == 0);
 }
 
