@@ -3,10 +3,16 @@
 B       = build
 MODE    = release
 CC      = gcc
-PROVE   = prove
+JOBS    = $(shell nproc)
+PROVE   = prove -j$(JOBS)
 DESTDIR =
 
 VERSION = 0.1.0
+
+# As many jobs as there are cores, unless the command line says how many; but nothing is built while it is removed.
+ifeq ($(MAKELEVEL)$(filter clean,$(MAKECMDGOALS)),0)
+MAKEFLAGS += -j$(JOBS)
+endif
 
 # What the bytes of a picture rest on. No contraction into fused operations, so that every CPU rounds
 # alike; no SLP vectoriser, because gcc 12 loses conversions to float with it; the two -fno- flags on the
