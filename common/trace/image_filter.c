@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/memory.h"
 #include "trace/plan_parts.h"
@@ -106,29 +105,24 @@ static inline struct vec3 bilinear(const struct plan_image *image, uint32_t leve
     return vec3_mix(upper, lower, y.share);
 }
 
-/* log2 of x >= 1, linear between powers of two: continuous, rising, and the same bits everywhere. */
-static double log2_of(double x)
-{
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    double exponent = (double)(bits >> 52) - 1023;
-    bits = (bits & 0xfffffffffffff) | (uint64_t)1023 << 52;
-    double mantissa;
-    memcpy(&mantissa, &bits, sizeof mantissa);
-    return exponent + (mantissa - 1);
-}
+/* A level's texels are means of w × w of the image's, and interpolating between them spreads the weights of what is looked
+ * up by a variance of w²/12 + w²/6. A box as wide as the footprint spreads them by b²/12: it needs w = b / √3. */
+#define NARROWER 0.57735026918962576
 
-static struct vec3 trilinear(const struct plan_image *image, double level, double u, double v,
-                             struct image_edges edges)
+/* A look as wide as a box of so many texels: of the two levels between which w is, as much as gives the right variance. */
+static struct vec3 trilinear(const struct plan_image *image, double texels, double u, double v, struct image_edges edges)
 {
-    double last = image->levels - 1;
-    if (level >= last)
+    double w = texels * NARROWER;
+    int exponent = 0;
+    frexp(w, &exponent);
+    if (!(w > 1))
+        return bilinear(image, 0, u, v, edges);
+    uint32_t finer = (uint32_t)exponent - 1;
+    if (finer + 1 >= image->levels)
         return bilinear(image, image->levels - 1, u, v, edges);
-    uint32_t finer = (uint32_t)level;
+    double over = ldexp(w, -(int)finer); /* 1 <= over < 2; 1 + 3 share is its square */
     struct vec3 color = bilinear(image, finer, u, v, edges);
-    if (level == finer)
-        return color;
-    return vec3_mix(color, bilinear(image, finer + 1, u, v, edges), level - finer);
+    return vec3_mix(color, bilinear(image, finer + 1, u, v, edges), (over * over - 1) / 3);
 }
 
 /* Several looks along the footprint's longer edge, each as wide as the shorter one. */
@@ -149,11 +143,11 @@ struct vec3 image_filter(const struct plan_image *image, const struct image_poin
     taps = taps > TAPS_MAX ? TAPS_MAX : taps;
     double step_u = x_is_long ? at->u_x : at->u_y, step_v = x_is_long ? at->v_x : at->v_y;
     double tap_width = longer / taps;
-    double level = log2_of(tap_width > least ? tap_width : least);
+    double texels = tap_width > least ? tap_width : least;
     struct vec3 sum = {0, 0, 0};
     for (int i = 0; i < taps; i++) {
         double along = (i + 0.5) / taps - 0.5;
-        sum = vec3_add(sum, trilinear(image, level, at->u + along * step_u, at->v + along * step_v, edges));
+        sum = vec3_add(sum, trilinear(image, texels, at->u + along * step_u, at->v + along * step_v, edges));
     }
     return vec3_scale(sum, 1.0 / taps);
 }

@@ -120,27 +120,28 @@ static struct outcome render_to(const struct view *view, double error, struct sa
 
 /* --- what they must be ------------------------------------------------------------------------------------ */
 
-/* Estimates of fixed samples lean on one law of how errors fall, which holds for edges: with patterns and images that
- * are averaged over cells they are up to 1.45 times too high. Those of adaptive ones lean on a survey, here of 1,792
- * pixels, whose chance makes up to 1.2. What blurs the survey's reference as it does the render, it does not see: images
- * that are averaged over wide footprints. */
-static const double estimate_factor = 1.5;
+/* Estimates of adaptive renders lean on a survey, here of 1,792 pixels, whose chance makes up to 1.2. Those of fixed samples
+ * lean on one law of how errors fall, which holds for edges: with patterns that are averaged over the samples' cells they
+ * are up to 1.45 times too high, and with images up to 1.9 times, for samples side by side differ though their mean is
+ * right. */
+static const double estimate_factor = 1.5, image_factor = 2;
 
 /* The same chance: renders aim at 0.8 of what is asked for. */
 static const double asked_factor = 1.25;
 
-static void check_estimate(const struct outcome *outcome)
+/* Estimates are at most `above` times too high. */
+static void check_estimate(const struct outcome *outcome, double above)
 {
-    assert_true(outcome->estimate < estimate_factor * outcome->error);
+    assert_true(outcome->estimate < above * outcome->error);
     assert_true(outcome->error < estimate_factor * outcome->estimate);
 }
 
-static void check_fixed(const struct view *view, uint32_t samples)
+static void check_fixed(const struct view *view, uint32_t samples, double above)
 {
     struct outcome outcome = render_fixed(view, samples);
     print_message("#   %4u samples a pixel                error %.5f, estimated %.5f (x %.2f)\n", samples,
                   outcome.error, outcome.estimate, outcome.estimate / outcome.error);
-    check_estimate(&outcome);
+    check_estimate(&outcome, above);
 }
 
 static void check_adaptive(const struct view *view, double error)
@@ -150,19 +151,18 @@ static void check_adaptive(const struct view *view, double error)
     print_message("# %6.2f samples, least %2u, threshold %3u: error %.5f, estimated %.5f (x %.2f), ", outcome.samples,
                   chosen.least, chosen.threshold, outcome.error, outcome.estimate, outcome.estimate / outcome.error);
     print_message("asked %.3f (x %.2f)\n", error, outcome.error / error);
-    check_estimate(&outcome);
+    check_estimate(&outcome, estimate_factor);
     assert_true(outcome.error < asked_factor * error);
 }
 
-/* `least`: the smallest error that is asked for. */
-static void check_scene(const char *path, double least)
+static void check_scene(const char *path, double fixed_above)
 {
     struct view view;
     view_begin(&view, path);
     print_message("# %s\n", path);
-    check_fixed(&view, 4);
-    check_fixed(&view, 16);
-    for (double error = 0.02; error >= least; error /= 2)
+    check_fixed(&view, 4, fixed_above);
+    check_fixed(&view, 16, fixed_above);
+    for (double error = 0.02; error >= 0.005; error /= 2)
         check_adaptive(&view, error);
     view_end(&view);
 }
@@ -170,25 +170,25 @@ static void check_scene(const char *path, double least)
 static void showcase(void **state)
 {
     (void)state;
-    check_scene("scenes/showcase.json", 0.005);
+    check_scene("scenes/showcase.json", estimate_factor);
 }
 
 static void glass(void **state)
 {
     (void)state;
-    check_scene("scenes/glass.json", 0.005);
+    check_scene("scenes/glass.json", estimate_factor);
 }
 
 static void images(void **state)
 {
     (void)state;
-    check_scene("scenes/textures-image.json", 0.01); /* at 0.005 blur makes 0.0057 of it, which is not seen: 0.0037 */
+    check_scene("scenes/textures-image.json", image_factor);
 }
 
 static void transparency(void **state)
 {
     (void)state;
-    check_scene("scenes/transparency.json", 0.005);
+    check_scene("scenes/transparency.json", estimate_factor);
 }
 
 int main(void)
