@@ -161,6 +161,17 @@ static void what_was_not_estimated_is_taken_from_the_survey(void **state)
     assert_true(survey_error(&survey, &sampling, 20000, estimated) == 0);
 }
 
+/* No pixel goes on at threshold 0; what chance makes negative is no error. */
+static void one_sample_is_judged_by_the_survey_alone(void **state)
+{
+    (void)state;
+    struct survey survey = {.pixels = 1000};
+    set_outcome(&survey, 0, 0, (struct survey_outcome){.samples = 1000, .error = {error_sum(0.25), 0}});
+    assert_close(survey_error_of_one(&survey), 0.25);
+    set_outcome(&survey, 0, 0, (struct survey_outcome){.samples = 1000, .error = {-5, 0}});
+    assert_true(survey_error_of_one(&survey) == 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -171,6 +182,7 @@ int main(void)
         cmocka_unit_test(what_is_surveyed_follows_the_error),
         cmocka_unit_test(estimates_are_corrected_as_in_the_survey),
         cmocka_unit_test(what_was_not_estimated_is_taken_from_the_survey),
+        cmocka_unit_test(one_sample_is_judged_by_the_survey_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
