@@ -62,11 +62,17 @@ static void need_pixels(struct tracer *tracer, size_t pixels)
 
 void tracer_add_grid(struct tracer *tracer, struct pixel_grid *grid)
 {
+    size_t count = (size_t)grid->columns * grid->rows;
     grid->first = (uint32_t)tracer->pixels;
-    need_pixels(tracer, tracer->pixels + (size_t)grid->columns * grid->rows);
+    need_pixels(tracer, tracer->pixels + count);
+    struct pixel_work *work = tracer->work + tracer->pixels;
+    memset(work, 0, count * sizeof *work);
     for (uint32_t column = 0; column < grid->columns; column++)
-        for (uint32_t row = 0; row < grid->rows; row++)
-            tracer->work[tracer->pixels++] = (struct pixel_work){.x = grid->x + column, .y = grid->y + row};
+        for (uint32_t row = 0; row < grid->rows; row++, work++) {
+            work->x = grid->x + column;
+            work->y = grid->y + row;
+        }
+    tracer->pixels += count;
 }
 
 /* --- camera rays ------------------------------------------------------------------------------------------ */
