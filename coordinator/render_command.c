@@ -287,8 +287,8 @@ static char *describe_error(const struct render_job *job)
     if (job->error == 0 || rmse <= job->error)
         return memory_format(", RMSE %s (%.1f dB)", text, image_psnr(rmse));
     if (limited == 0)
-        return memory_format(", RMSE %s (%.1f dB), above %g: the survey had promised less", text, image_psnr(rmse),
-                             job->error);
+        return memory_format(", RMSE %s (%.1f dB), above %g, though no pixel met the limit of %u samples", text,
+                             image_psnr(rmse), job->error, job->sampling.most);
     return memory_format(", RMSE %s (%.1f dB), above %g: %.3g %% of the pixels met the limit of %u samples", text,
                          image_psnr(rmse), job->error, 100.0 * (double)limited / (double)pixels, job->sampling.most);
 }

@@ -84,11 +84,11 @@ void render_job_end_survey(struct render_job *job);
 /* Samples a pixel: the fixed number, or the mean of the rows done (0: none is). */
 double render_job_samples(const struct render_job *job);
 
-/* The estimated RMSE of a complete picture, as it is shown, 0..1 (trace/sampling.h, survey.h). NAN where nothing tells:
- * with one sample a pixel by choice, and with errors beyond what rows.h can count. */
+/* The estimated RMSE of a complete picture, as it is shown, 0..1 (trace/sampling.h, survey.h). NAN with
+ * errors beyond what rows.h can count. */
 double render_job_rmse(const struct render_job *job);
 
-/* The same of rows alone, whose figures are given. */
+/* The same of rows alone, whose figures are given; NAN too of one sample a pixel by choice, unless they are all rows. */
 double render_job_rows_rmse(const struct render_job *job, uint32_t rows, const struct row_figures *figures);
 
 /* The asset (or manifest) of that digest, borrowed; NULL if the job has none. */

@@ -1,4 +1,5 @@
 /* Areas of an image: which of their pixels get how many samples. */
+#include <assert.h>
 #include <string.h>
 
 #include "trace/tracer_private.h"
@@ -71,14 +72,17 @@ static void spread_across(const struct pixel_grid *grid, const float *from, floa
     }
 }
 
-/* How far apart the values are that have these least values and least negatives. */
+/* Greatest less least: low + negative is least − greatest. */
 static void find_range(const struct pixel_grid *grid, const float *low, const float *negative, float *range)
 {
     for (uint32_t i = 0; i < grid->columns * grid->rows; i++)
         range[i] = -(low[i] + negative[i]);
 }
 
-/* From the pixels' first samples: over 3×3 of them, and then over 5×5. */
+static_assert(SAMPLING_REACH == 2, "what is near lies within 3×3 pixels, what is wide within 5×5");
+
+/* bound[c] is the least root of channel c, bound[3 + c] the least of the negative roots: of the pixel's first sample, after
+ * one spreading of the 3×3 around it, after two of the 5×5. */
 static void find_ranges(struct tracer *tracer, const struct pixel_grid *grid)
 {
     float *bound[6];
@@ -133,7 +137,7 @@ static void drop_samples(struct tracer *tracer, const uint32_t *list, size_t cou
 /* Brings pixels from the stage before to this one. */
 static void advance(struct tracer *tracer, const uint32_t *list, size_t count, uint32_t stage)
 {
-    if (stage == 1) /* the first one, at the middle and standing for the whole pixel, serves those alone without others */
+    if (stage == 1) /* the first look, at the pixel's middle, counts only for pixels that get no other sample */
         drop_samples(tracer, list, count);
     tracer_sample(tracer, list, count, stage == 1 ? 0 : sampling_stage(stage - 1), sampling_stage(stage), true);
 }
@@ -171,12 +175,12 @@ static void sample_adaptively(struct tracer *tracer, const struct sampling *samp
 
 /* --- results ---------------------------------------------------------------------------------------------- */
 
-static double error_of(const struct tracer *tracer, uint32_t pixel, bool has_range)
+static double error_of(const struct tracer *tracer, uint32_t pixel, bool has_near)
 {
     const struct pixel_work *work = &tracer->work[pixel];
     if (work->samples > 1)
         return sampling_error(&work->sums, work->samples);
-    return has_range ? sampling_first_error(channels_of(tracer->near, pixel)) : 0;
+    return has_near ? sampling_first_error(channels_of(tracer->near, pixel)) : 0;
 }
 
 static void add_counts(struct ray_counts *counts, const struct pixel_work *work)
@@ -194,13 +198,13 @@ static struct vec3 mean_of(const struct pixel_work *work)
 }
 
 static void take_results(const struct tracer *tracer, const struct pixel_grid *grid, const struct pixel_area *area,
-                         bool has_range, struct pixel *pixels, struct ray_counts *counts)
+                         bool has_near, struct pixel *pixels, struct ray_counts *counts)
 {
     for (uint32_t y = area->y0; y < area->y1; y++)
         for (uint32_t x = area->x0; x < area->x1; x++) {
             uint32_t pixel = pixel_at(grid, x, y);
             const struct pixel_work *work = &tracer->work[pixel];
-            *pixels++ = (struct pixel){mean_of(work), error_of(tracer, pixel, has_range), work->samples};
+            *pixels++ = (struct pixel){mean_of(work), error_of(tracer, pixel, has_near), work->samples};
             add_counts(&counts[y - area->y0], work);
         }
 }
@@ -253,8 +257,9 @@ static void take_reference(struct tracer *tracer, int which, struct pixel_histor
         histories[i].reference[which] = mean_of(&tracer->work[histories[i].pixel]);
 }
 
-/* Of an area's pixels that look even only each so-manieth is followed, and stands for those up to the next. */
-enum { EVEN_SHARE = 5 };
+/* Of an area's pixels that look even only one in so many is followed, and stands for those up to the next. (With blocks of
+ * 4×4 pixels, 6 gives three of them, in different rows and columns.) */
+enum { EVEN_SHARE = 6 };
 
 /* Begins the histories of pixels list[count], one area's. Returns how many there are. */
 static size_t follow(const struct tracer *tracer, uint32_t even, const uint32_t *list, size_t count,
@@ -317,7 +322,7 @@ size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, 
     }
     take_reference(tracer, 0, histories, pixels);
     take_reference(tracer, 1, histories, pixels);
-    for (size_t i = 0; i < pixels; i++)
-        add_counts(counts, &tracer->work[histories[i].pixel]);
+    for (size_t i = 0; i < tracer->pixels; i++)
+        add_counts(counts, &tracer->work[i]);
     return pixels;
 }

@@ -105,27 +105,25 @@ static inline struct vec3 bilinear(const struct plan_image *image, uint32_t leve
     return vec3_mix(upper, lower, y.share);
 }
 
-/* A level's texels are means of w × w of the image's, and interpolating between them spreads the weights of what is looked
- * up by a variance of w²/12 + w²/6. A box as wide as the footprint spreads them by b²/12: it needs w = b / √3. */
-#define NARROWER 0.57735026918962576
-
-/* A look as wide as a box of so many texels: of the two levels between which w is, as much as gives the right variance. */
-static struct vec3 trilinear(const struct plan_image *image, double texels, double u, double v, struct image_edges edges)
+/* A look as wide as a box of b texels. The image is what interpolating between texels makes of it, which spreads their
+ * weights by a variance of 1/6, and the box spreads them by b²/12 more. A level's texels are means of w × w of the image's,
+ * and interpolating between those spreads weights by (w² − 1)/12 + w²/6: so w² is 1 + b²/3, between two levels by the share
+ * that gives the same variance. */
+static struct vec3 trilinear(const struct plan_image *image, double b, double u, double v, struct image_edges edges)
 {
-    double w = texels * NARROWER;
-    int exponent = 0;
-    frexp(w, &exponent);
-    if (!(w > 1))
-        return bilinear(image, 0, u, v, edges);
+    int exponent;
+    double over = 2 * frexp(sqrt(1 + b * b / 3), &exponent); /* w = over × 2^finer, 1 <= over < 2 */
     uint32_t finer = (uint32_t)exponent - 1;
     if (finer + 1 >= image->levels)
         return bilinear(image, image->levels - 1, u, v, edges);
-    double over = ldexp(w, -(int)finer); /* 1 <= over < 2; 1 + 3 share is its square */
     struct vec3 color = bilinear(image, finer, u, v, edges);
     return vec3_mix(color, bilinear(image, finer + 1, u, v, edges), (over * over - 1) / 3);
 }
 
-/* Several looks along the footprint's longer edge, each as wide as the shorter one. */
+#define NARROW 0.7 /* texels: hardly wider than a point */
+
+/* Several looks along the footprint's longer edge, each as wide as the shorter one or wider. n looks of variance t²/12, d
+ * apart, spread weights by t²/12 + d² (n² − 1)/12 in all: for a box that is `longer` wide, d² is (longer² − t²)/(n² − 1). */
 struct vec3 image_filter(const struct plan_image *image, const struct image_point *at, struct image_edges edges)
 {
     enum { TAPS_MAX = 8 };
@@ -134,20 +132,22 @@ struct vec3 image_filter(const struct plan_image *image, const struct image_poin
     double edge_y = sqrt(at->u_y * width * (at->u_y * width) + at->v_y * height * (at->v_y * height));
     bool x_is_long = edge_x > edge_y;
     double longer = x_is_long ? edge_x : edge_y, shorter = x_is_long ? edge_y : edge_x;
-    if (!(longer > 1)) /* less than a texel (or not a number, at a pole) */
+    if (!(longer > NARROW)) /* or not a number, at a pole */
         return bilinear(image, 0, at->u, at->v, edges);
     if (longer > 4 * (width + height)) /* far beyond the whole image, and perhaps infinite */
         return bilinear(image, image->levels - 1, at->u, at->v, edges);
     double least = shorter > 1 ? shorter : 1;
     int taps = longer >= TAPS_MAX * least ? TAPS_MAX : (int)(longer / least) + (longer > least);
     taps = taps > TAPS_MAX ? TAPS_MAX : taps;
+    if (taps <= 1)
+        return trilinear(image, longer, at->u, at->v, edges);
+    double tap_width = longer / taps > least ? longer / taps : least;
+    double apart = sqrt((longer * longer - tap_width * tap_width) / (taps * taps - 1)) / longer;
     double step_u = x_is_long ? at->u_x : at->u_y, step_v = x_is_long ? at->v_x : at->v_y;
-    double tap_width = longer / taps;
-    double texels = tap_width > least ? tap_width : least;
     struct vec3 sum = {0, 0, 0};
     for (int i = 0; i < taps; i++) {
-        double along = (i + 0.5) / taps - 0.5;
-        sum = vec3_add(sum, trilinear(image, texels, at->u + along * step_u, at->v + along * step_v, edges));
+        double along = (i + 0.5 - 0.5 * taps) * apart;
+        sum = vec3_add(sum, trilinear(image, tap_width, at->u + along * step_u, at->v + along * step_v, edges));
     }
     return vec3_scale(sum, 1.0 / taps);
 }

@@ -13,7 +13,7 @@
 #define WEIGHT_FIRST_NEAR (1.0 / 16)
 #define WEIGHT_FIRST_WIDE (1.0 / 256)
 #define WEIGHT_HALVES 3.0
-#define WEIGHT_RANGE 0.5
+#define WEIGHT_NEAR 0.5
 
 /* The squared error of edges falls as N^-1.5 with samples of a (0,2)-sequence. So the means of the two halves of N are
  * anticorrelated, and the variance of the mean of both is this share of what independent halves would give. With
@@ -68,19 +68,19 @@ uint32_t sampling_first_measure(struct vec3 near, struct vec3 wide)
     return measure_of(nearest > widest ? nearest : widest, 0);
 }
 
-static double unevenness(double roots, double half_roots, double squares, double range, double samples)
+static double unevenness(double roots, double half_roots, double squares, double near, double samples)
 {
     double mean = roots / samples;
     double variance = squares / samples - mean * mean;
     double halves = 2 * (half_roots - (roots - half_roots)) / samples;
-    return (variance > 0 ? variance : 0) + WEIGHT_HALVES * halves * halves + WEIGHT_RANGE * range * range / samples;
+    return (variance > 0 ? variance : 0) + WEIGHT_HALVES * halves * halves + WEIGHT_NEAR * near * near / samples;
 }
 
-uint32_t sampling_measure(const struct pixel_sums *s, uint32_t samples, struct vec3 range)
+uint32_t sampling_measure(const struct pixel_sums *s, uint32_t samples, struct vec3 near)
 {
-    struct vec3 of = {unevenness(s->roots.x, s->half_roots.x, s->squares.x, range.x, samples),
-                      unevenness(s->roots.y, s->half_roots.y, s->squares.y, range.y, samples),
-                      unevenness(s->roots.z, s->half_roots.z, s->squares.z, range.z, samples)};
+    struct vec3 of = {unevenness(s->roots.x, s->half_roots.x, s->squares.x, near.x, samples),
+                      unevenness(s->roots.y, s->half_roots.y, s->squares.y, near.y, samples),
+                      unevenness(s->roots.z, s->half_roots.z, s->squares.z, near.z, samples)};
     return measure_of(vec3_max(of), sampling_stage_within(samples) + 1);
 }
 
@@ -112,7 +112,7 @@ double sampling_error(const struct pixel_sums *sums, uint32_t samples)
     return SHARE_OF_HALVES * sampling_difference(first, second) / 4;
 }
 
-double sampling_first_error(struct vec3 range)
+double sampling_first_error(struct vec3 near)
 {
-    return vec3_dot(range, range) / 3 / 12;
+    return vec3_dot(near, near) / 3 / 12;
 }

@@ -1,9 +1,9 @@
 /*
  * How many samples a pixel gets: a fixed number, or more where they pay.
  *
- * Adaptive sampling goes by stages: 1 sample, 4, 8, 16 and so on, doubling. After each stage the pixel's measure says
- * how uneven what it has seen is for the samples it has; the pixel is done once that is small enough. Measures are
- * whole numbers, so that the decision is exact, and a function of the pixel's own samples and of the first samples of
+ * Adaptive sampling goes by stages: 1 sample, 4, 8, 16 and so on, doubling. After each stage the pixel's measure, −4 log2 of
+ * how uneven what it has seen is, allowing for how many samples it has, says how well it is known; it is done once that
+ * reaches the threshold. Measures are whole numbers, so that the decision is exact, and a function of the pixel's own samples and of the first samples of
  * its neighbours: so a pixel does not depend on what else is rendered with it.
  */
 #ifndef WEFT_TRACE_SAMPLING_H
@@ -55,9 +55,9 @@ struct pixel_sums {
 /* The roots of a sample's channels, clamped. */
 struct vec3 sampling_roots(struct vec3 light);
 
-/* The measure after stage 0: `near` is how far the roots of the first samples of the pixel and its eight neighbours (those
- * within the image) lie apart, in each channel, and `wide` of these and theirs: needles between samples are often near an
- * edge that was seen. 0 .. SAMPLING_THRESHOLDS − 1, the larger the better the pixel is known. */
+/* The measure after stage 0: 0 .. SAMPLING_THRESHOLDS − 1, the larger the better the pixel is known. `near` is how far apart
+ * the roots of first samples lie, in each channel, over the 3×3 pixels around this one (those within the image), and `wide`
+ * over 5×5: thin things that fall between samples are mostly next to an edge that was seen. */
 uint32_t sampling_first_measure(struct vec3 near, struct vec3 wide);
 
 /* The measure after a later stage. */

@@ -1,5 +1,6 @@
 #include "trace/survey.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -7,13 +8,18 @@
 #include "base/hash.h"
 #include "base/memory.h"
 
+static_assert((int)SURVEY_RUN <= (int)HISTORY_AREAS_MAX, "a run is traced together");
+
+/* About one pixel in SURVEYED_SHARE is surveyed, but SURVEYED_LEAST at least and SURVEYED_PIXELS at most. Each gets up to
+ * SURVEY_SAMPLES_MAX samples, in one cell of SURVEY_CELLS_DEEP up to SURVEY_SAMPLES_DEEP; what more of them would give is
+ * extrapolated. */
 enum {
     BLOCK_SIDE = 4,            /* pixels */
-    SURVEYED_PIXELS = 1 << 14, /* about, of a large image, */
-    SURVEYED_LEAST = 1 << 11,  /* of a small one: at least so many, as far as it has them, */
-    SURVEYED_SHARE = 16,       /* or one in so many */
-    SURVEY_SAMPLES_MAX = 16,   /* of a pixel; what more of them would give is extrapolated, */
-    SURVEY_SAMPLES_DEEP = 64,  /* but in one cell of */
+    SURVEYED_PIXELS = 1 << 14,
+    SURVEYED_LEAST = 1 << 11,
+    SURVEYED_SHARE = 16,
+    SURVEY_SAMPLES_MAX = 16,
+    SURVEY_SAMPLES_DEEP = 64,
     SURVEY_CELLS_DEEP = 8,
 };
 
@@ -24,8 +30,8 @@ enum {
 #define FINEST_SHARE 0.4
 
 /* Pixels whose first measures are at most so much below the finest threshold hardly matter: few are followed. The roots of
- * such a pixel and its neighbours may lie apart by 23 times the error that is asked for. With none below it, surveys came to
- * the same and took half as long again. */
+ * such a pixel and its neighbours may lie apart by 23 times the error that is asked for. Following all of them, surveys came
+ * to the same and took half as long again. */
 enum { LOOKS_EVEN = 40 };
 
 struct survey_grid survey_grid(uint32_t width, uint32_t height)
@@ -39,12 +45,13 @@ struct survey_grid survey_grid(uint32_t width, uint32_t height)
     return (struct survey_grid){width, height, side, (width + side - 1) / side, (height + side - 1) / side};
 }
 
-/* Where in a stretch of `length` pixels a block lies, and how long it is. */
+/* How long a block is in a stretch of `length` pixels. */
 static uint32_t block_length(uint32_t length)
 {
     return length < BLOCK_SIDE ? length : BLOCK_SIDE;
 }
 
+/* The block of a cell: where in it is hashed from the cell's place. */
 static struct pixel_area block_of(const struct survey_grid *grid, uint32_t x, uint32_t y)
 {
     uint32_t left = x * grid->side, top = y * grid->side, hash = hash_u32(x + hash_u32(y + 0x7f4a7c15u));
@@ -87,12 +94,18 @@ static struct survey_outcome outcome_of(uint32_t samples, double error, double e
     return outcome;
 }
 
+/* Modulo 2^64: what comes from another process may be anything. */
+static void add_times(int64_t *sum, int64_t number, int times)
+{
+    *sum = (int64_t)((uint64_t)*sum + (uint64_t)times * (uint64_t)number);
+}
+
 static void add_outcome(struct survey_outcome *to, const struct survey_outcome *more, int times)
 {
-    to->samples += times * more->samples;
+    add_times(&to->samples, more->samples, times);
     for (int class = 0; class < 2; class++) {
-        to->error[class] += times * more->error[class];
-        to->estimated[class] += times * more->estimated[class];
+        add_times(&to->error[class], more->error[class], times);
+        add_times(&to->estimated[class], more->estimated[class], times);
     }
 }
 

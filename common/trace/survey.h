@@ -1,7 +1,8 @@
 /*
- * The survey: the first pass of a render that is to meet a given error. Pixels spread over the image are sampled far
- * more finely than they would be, and for each threshold it is noted how many samples they would have got and how far
- * off they would have been. Sums of whole numbers, so that they come out the same however the work was shared out.
+ * The survey: the first pass of a render that is to meet a given error. Pixels of blocks spread over the image are sampled
+ * stage by stage, and twice again for comparison; for each threshold it is noted how many samples they would have got and
+ * how far off they would have been. Of pixels that look even a few stand for the others. Sums of whole numbers, so that they
+ * come out the same however the work was shared out.
  */
 #ifndef WEFT_TRACE_SURVEY_H
 #define WEFT_TRACE_SURVEY_H
@@ -22,16 +23,16 @@ struct survey_grid {
 
 struct survey_grid survey_grid(uint32_t width, uint32_t height);
 
-/* What pixels would have come to under one threshold. Errors are those of sampling_error, in units of PIXEL_ERROR_UNIT,
- * of pixels with one sample ([0]) and with more ([1]). */
+/* What pixels would have come to under one threshold. Squared errors, in units of PIXEL_ERROR_UNIT, of pixels with one sample
+ * ([0]) and with more ([1]). */
 struct survey_outcome {
     int64_t samples;
     int64_t error[2];     /* measured against samples of their own: right on average */
     int64_t estimated[2]; /* by the pixels' own samples, as a render would estimate it */
 };
 
-/* steps[i]: with at least 4^i samples. From one threshold to the next the outcome of few pixels changes, so what is kept is
- * how much: the outcome of a threshold is the sum of all steps up to it. */
+/* Policy i takes at least 4^i samples of every pixel. From one threshold to the next the outcome of few pixels changes, so
+ * what is kept is by how much: steps[i][t] is the outcome at t less that at t − 1, and steps[i][0] that at 0. */
 enum { SURVEY_POLICIES = 4 };
 struct survey {
     uint64_t pixels, rays; /* rays: of every kind, that the survey took */
@@ -56,10 +57,11 @@ void survey_add(struct survey *to, const struct survey *from);
 void survey_write(const struct survey *survey, uint8_t *bytes);
 void survey_read(struct survey *survey, const uint8_t *bytes);
 
+/* The sum of the policy's steps up to that threshold. */
 struct survey_outcome survey_outcome(const struct survey *survey, uint32_t policy, uint32_t threshold);
 
-/* The cheapest sampling whose error was at most `error`, and a little below; if none was, the finest. `surveyed` is what
- * survey_sampling gave. */
+/* The cheapest sampling whose error in the survey was at most 0.8 of `error`, for surveys are off by as much; if none was,
+ * the finest. `surveyed` is what survey_sampling gave. */
 struct sampling survey_choose(const struct survey *survey, const struct sampling *surveyed, double error);
 
 /* The RMSE (as shown, 0..1) of a render by one sample a pixel. */

@@ -282,7 +282,8 @@ static void add_samples(struct tracer *tracer, size_t count, uint32_t half, bool
 void tracer_sample(struct tracer *tracer, const uint32_t *list, size_t count, uint32_t first, uint32_t end, bool roots)
 {
     uint32_t next = first; /* sample of pixel list[at] */
-    need_digits(tracer, end);
+    if (count > 0)
+        need_digits(tracer, end);
     for (size_t at = 0; at < count;) {
         size_t rays = 0;
         while (at < count && rays < CAMERA_RAYS_MAX) {

@@ -47,10 +47,10 @@ void tracer_area(struct tracer *tracer, const struct sampling *sampling, const s
 
 /* What a pixel came to, stage by stage. */
 struct pixel_history {
-    uint32_t pixel;  /* the tracer's own */
+    uint32_t pixel;  /* its number in the tracer */
     uint32_t weight; /* how many pixels it stands for */
     uint32_t stages; /* that it went through, from stage 0 on; at least 2 */
-    struct vec3 reference[2]; /* means of as many samples as the last stage's, but each of other ones */
+    struct vec3 reference[2]; /* two more means of as many samples as the last stage's, each of its own */
     struct {
         struct vec3 light; /* mean */
         double error;      /* estimated */
@@ -58,12 +58,12 @@ struct pixel_history {
     } stage[SAMPLING_STAGES];
 };
 
-enum { HISTORY_AREAS_MAX = 64 };
+enum { HISTORY_AREAS_MAX = 32 };
 
-/* As tracer_area, but of areas[count], count <= HISTORY_AREAS_MAX, which do not overlap, with an adaptive sampling whose
- * least is 1; and pixels go through stage 1 at least. Many of those whose first measure is at least `even` are left out, and
- * others stand for them. `histories` has room for all pixels, and gets those that were followed in some order; returns how many.
- * `counts` is one sum. */
+/* As tracer_area, but of areas[count], 1 <= count <= HISTORY_AREAS_MAX, which do not overlap, with an adaptive sampling
+ * whose least is 1 and whose most at least 4; and pixels go through stage 1 at least. Many of those whose first measure is
+ * at least `even` are left out, and others stand for them. `histories` has room for all pixels, and gets those that were
+ * followed in some order; returns how many. `counts` is one sum, of all rays. */
 size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, uint32_t even,
                         const struct pixel_area *areas, size_t count, struct pixel_history *histories, struct ray_counts *counts);
 

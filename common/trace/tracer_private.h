@@ -46,7 +46,7 @@ struct tracer {
     struct pixel_work *work; /* of each of them */
     uint32_t *list;          /* some of them */
     float *near[3], *wide[3]; /* of each, in each channel: see sampling_first_measure */
-    float *bound[6], *scratch; /* see area.c */
+    float *bound[6], *scratch; /* see find_ranges in area.c */
     size_t pixel_capacity;
 };
 

@@ -16,7 +16,7 @@ exceptions=()
 # --- what the compiler says -------------------------------------------------------------------------------------------
 # compile_command ISA FILE: as the Makefile compiles it.
 compile_command() {
-    make -nB V=1 B="$build" CC=gcc "$build/obj/common/trace/lanes/$2.$1.o" |
+    env -u MAKEFLAGS make -nB V=1 B="$build" CC=gcc "$build/obj/common/trace/lanes/$2.$1.o" |
         grep -- "-DLANES_SUFFIX=$1 .*lanes/$2\.c"
 }
 
