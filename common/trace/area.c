@@ -282,7 +282,7 @@ static size_t follow(const struct tracer *tracer, uint32_t even, const uint32_t 
 static size_t begin_histories(struct tracer *tracer, uint32_t even, const struct pixel_area *areas, size_t count,
                               struct pixel_history *histories)
 {
-    struct pixel_grid grids[HISTORY_AREAS_MAX];
+    struct pixel_grid grids[HISTORY_AREAS_MAX] = {{0}};
     size_t followed = 0;
     tracer->pixels = 0;
     for (size_t i = 0; i < count; i++)
