@@ -77,7 +77,8 @@ static void put_rays(struct bytes *text, const struct render_job *job, double se
     text_put(text, "\"rays\":{\"camera\":%" PRIu64 ",\"secondary\":%" PRIu64 ",\"shadow\":%" PRIu64, figures->samples,
              figures->secondary_rays, figures->shadow_rays);
     text_put(text, ",\"render\":%" PRIu64 ",\"survey\":%" PRIu64 "},", rays, job->survey.rays);
-    json_text_number(text, "rays_per_second", seconds > 0 ? ((double)rays + (double)job->survey.rays) / seconds : NAN, 0);
+    double all = (double)rays + (double)job->survey.rays;
+    json_text_number(text, "rays_per_second", seconds > 0 ? all / seconds : NAN, 0);
 }
 
 /* A fixed number of samples need not be one of the stages. */

@@ -192,7 +192,8 @@ static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job)
     bool renders = job->pass == PASS_RENDER;
     uint32_t remaining = rows_of(job) - job->next_row, rows = renders ? s->policy.band_rows : 0;
     if (rows == 0) {
-        uint64_t share = remaining / (BANDS_A_THREAD * (s->threads ? s->threads : 1)), least = renders ? BAND_ROWS_MIN : 1;
+        uint64_t share = remaining / (BANDS_A_THREAD * (s->threads ? s->threads : 1));
+        uint64_t least = renders ? BAND_ROWS_MIN : 1;
         share = share < least ? least : share;
         rows = share < BAND_ROWS_MAX ? (uint32_t)share : BAND_ROWS_MAX;
     }

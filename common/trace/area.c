@@ -312,7 +312,8 @@ static size_t go_on(struct tracer *tracer, const struct sampling *sampling, uint
 }
 
 size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, uint32_t even,
-                        const struct pixel_area *areas, size_t count, struct pixel_history *histories, struct ray_counts *counts)
+                        const struct pixel_area *areas, size_t count, struct pixel_history *histories,
+                        struct ray_counts *counts)
 {
     size_t pixels = begin_histories(tracer, even, areas, count, histories), open = pixels;
     for (uint32_t stage = 0; open > 0 && stage + 1 < SAMPLING_STAGES; stage++) {

@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-
 #include "math/colour.h"
 
 /* How much the measures weigh what they see. Fitted to twelve scenes (pictures by 1 to 64 samples against 1,024) so that

@@ -1,10 +1,11 @@
 /*
  * How many samples a pixel gets: a fixed number, or more where they pay.
  *
- * Adaptive sampling goes by stages: 1 sample, 4, 8, 16 and so on, doubling. After each stage the pixel's measure, −4 log2 of
- * how uneven what it has seen is, allowing for how many samples it has, says how well it is known; it is done once that
- * reaches the threshold. Measures are whole numbers, so that the decision is exact, and a function of the pixel's own samples and of the first samples of
- * its neighbours: so a pixel does not depend on what else is rendered with it.
+ * Adaptive sampling goes by stages: 1 sample, 4, 8, 16 and so on, doubling. After each stage the pixel's measure,
+ * −4 log2 of how uneven what it has seen is, allowing for how many samples it has, says how well it is known; it is
+ * done once that reaches the threshold. Measures are whole numbers, so that the decision is exact, and a function of
+ * the pixel's own samples and of the first samples of its neighbours: so a pixel does not depend on what else is
+ * rendered with it.
  */
 #ifndef WEFT_TRACE_SAMPLING_H
 #define WEFT_TRACE_SAMPLING_H

@@ -29,9 +29,9 @@ enum {
 /* A pixel whose error may be so small a share of what is asked for is known well enough: beyond, it is extrapolated. */
 #define FINEST_SHARE 0.4
 
-/* Pixels whose first measures are at most so much below the finest threshold hardly matter: few are followed. The roots of
- * such a pixel and its neighbours may lie apart by 23 times the error that is asked for. Following all of them, surveys came
- * to the same and took half as long again. */
+/* Pixels whose first measures are at most so much below the finest threshold hardly matter: few are followed. The
+ * roots of such a pixel and its neighbours may lie apart by 23 times the error that is asked for. Following all of
+ * them, surveys came to the same and took up to twice as long. */
 enum { LOOKS_EVEN = 40 };
 
 struct survey_grid survey_grid(uint32_t width, uint32_t height)
@@ -66,7 +66,8 @@ static struct pixel_area block_of(const struct survey_grid *grid, uint32_t x, ui
 struct sampling survey_sampling(uint32_t most, double error)
 {
     double root = 3 * FINEST_SHARE * error; /* with an unevenness of its square, 4 samples are off by a third of it */
-    uint32_t threshold = sampling_first_measure(vec3_make(4 * root, 0, 0), vec3_make(0, 0, 0)) + 2 * SAMPLING_MEASURES_A_DOUBLING;
+    uint32_t threshold = sampling_first_measure(vec3_make(4 * root, 0, 0), vec3_make(0, 0, 0));
+    threshold += 2 * SAMPLING_MEASURES_A_DOUBLING;
     threshold = threshold < SAMPLING_THRESHOLDS ? threshold : SAMPLING_THRESHOLDS - 1;
     return (struct sampling){1, most, threshold};
 }
@@ -138,9 +139,10 @@ static void note_policy(const struct pixel_history *history, const struct sampli
     }
 }
 
-/* Surveys `count` blocks with at most so many samples a pixel. */
+/* Surveys `count` blocks, at least one, with at most so many samples a pixel. */
 static void survey_blocks(struct tracer *tracer, const struct sampling *sampling, uint32_t most,
-                          const struct pixel_area *blocks, size_t count, struct survey *survey, struct ray_counts *counts)
+                          const struct pixel_area *blocks, size_t count, struct survey *survey,
+                          struct ray_counts *counts)
 {
     struct pixel_history *histories = memory_array(count * BLOCK_SIDE * BLOCK_SIDE, sizeof *histories);
     struct sampling limited = *sampling;
@@ -161,8 +163,8 @@ static bool is_deep(uint32_t x, uint32_t y)
 }
 
 /* Cells x .. x + count − 1 of row y, count <= SURVEY_RUN. */
-static void survey_run(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid, uint32_t x,
-                       uint32_t count, uint32_t y, struct survey *survey, struct ray_counts *counts)
+static void survey_run(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid,
+                       uint32_t x, uint32_t count, uint32_t y, struct survey *survey, struct ray_counts *counts)
 {
     for (int deep = 0; deep <= 1; deep++) {
         struct pixel_area blocks[SURVEY_RUN];
@@ -170,12 +172,14 @@ static void survey_run(struct tracer *tracer, const struct sampling *sampling, c
         for (uint32_t i = 0; i < count; i++)
             if (is_deep(x + i, y) == deep)
                 blocks[found++] = block_of(grid, x + i, y);
-        survey_blocks(tracer, sampling, deep ? SURVEY_SAMPLES_DEEP : SURVEY_SAMPLES_MAX, blocks, found, survey, counts);
+        uint32_t most = deep ? SURVEY_SAMPLES_DEEP : SURVEY_SAMPLES_MAX;
+        if (found > 0)
+            survey_blocks(tracer, sampling, most, blocks, found, survey, counts);
     }
 }
 
-void survey_cells(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid, uint32_t x,
-                  uint32_t count, uint32_t y, struct survey *survey, struct ray_counts *counts)
+void survey_cells(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid,
+                  uint32_t x, uint32_t count, uint32_t y, struct survey *survey, struct ray_counts *counts)
 {
     struct ray_counts taken = {0};
     for (uint32_t first = 0; first < count; first += SURVEY_RUN) {

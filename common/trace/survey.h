@@ -1,8 +1,8 @@
 /*
- * The survey: the first pass of a render that is to meet a given error. Pixels of blocks spread over the image are sampled
- * stage by stage, and twice again for comparison; for each threshold it is noted how many samples they would have got and
- * how far off they would have been. Of pixels that look even a few stand for the others. Sums of whole numbers, so that they
- * come out the same however the work was shared out.
+ * The survey: the first pass of a render that is to meet a given error. Pixels of blocks spread over the image are
+ * sampled stage by stage, and twice again for comparison; for each threshold it is noted how many samples they would
+ * have got and how far off they would have been. Of pixels that look even a few stand for the others. Sums of whole
+ * numbers, so that they come out the same however the work was shared out.
  */
 #ifndef WEFT_TRACE_SURVEY_H
 #define WEFT_TRACE_SURVEY_H
@@ -48,8 +48,8 @@ struct sampling survey_sampling(uint32_t most, double error);
 /* Surveys the blocks of cells x .. x + count − 1 of row y of the cells, and adds what it finds, and the rays that it took.
  * What comes of a block does not depend on which others there are; SURVEY_RUN of them are traced together. */
 enum { SURVEY_RUN = 32 };
-void survey_cells(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid, uint32_t x,
-                  uint32_t count, uint32_t y, struct survey *survey, struct ray_counts *counts);
+void survey_cells(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid,
+                  uint32_t x, uint32_t count, uint32_t y, struct survey *survey, struct ray_counts *counts);
 
 void survey_add(struct survey *to, const struct survey *from);
 

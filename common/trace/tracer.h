@@ -65,6 +65,7 @@ enum { HISTORY_AREAS_MAX = 32 };
  * at least `even` are left out, and others stand for them. `histories` has room for all pixels, and gets those that were
  * followed in some order; returns how many. `counts` is one sum, of all rays. */
 size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, uint32_t even,
-                        const struct pixel_area *areas, size_t count, struct pixel_history *histories, struct ray_counts *counts);
+                        const struct pixel_area *areas, size_t count, struct pixel_history *histories,
+                        struct ray_counts *counts);
 
 #endif

@@ -17,7 +17,7 @@
 #include "worker/pool.h"
 
 enum {
-    WIDTH = 150, HEIGHT = 37, /* no multiples of a tile's sides */
+    WIDTH = 330, HEIGHT = 37, /* no multiples of a tile's sides; more cells across than a survey's tile has */
     PATIENCE_MS = 60000,      /* longer than anything here takes on a busy machine; a test that meets it has failed */
     SLOW_SAMPLES = 50,        /* a pixel, where work is to be disturbed */
 };
@@ -276,6 +276,7 @@ static void test_survey(void **state)
     (void)state;
     struct traced traced;
     uint32_t down = survey_grid(WIDTH, HEIGHT).down;
+    assert_true(survey_grid(WIDTH, HEIGHT).across > SURVEY_RUN);
     traced_init(&traced);
     for (int threads = 1; threads <= 3; threads += 2) {
         start(threads);
@@ -331,7 +332,7 @@ static void test_progress(void **state)
     assert_true(ask(1, 0, 0, HEIGHT, fixed(1)));
     take_band(&expected);
     pool_progress(pool, &tiles, &rays);
-    assert_int_equal(tiles, 3 * 2); /* of 64 × 32 pixels */
+    assert_int_equal(tiles, 6 * 2); /* of 64 × 32 pixels */
     assert_int_equal(rays, expected_rays);
     bytes_finish(&expected);
 }
