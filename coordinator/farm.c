@@ -12,11 +12,20 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/memory.h"
-#include "coordinator/farm_private.h"
+#include "coordinator/dispatcher.h"
+#include "coordinator/local.h"
 #include "coordinator/runtime.h"
 #include "trace/proof.h"
 
-enum { BEAT_MS = 1000, SILENCE_MS = 4500 }; /* four beats, and a little */
+struct farm {
+    struct farm_config config;
+    struct progress *progress;
+    struct wire_server *server;
+    char private_endpoint[WIRE_ENDPOINT_BYTES];
+    struct local_workers local;
+    int signals; /* descriptor */
+    struct dispatcher *dispatcher;
+};
 
 /* --- starting --------------------------------------------------------------------------------------------- */
 
@@ -67,30 +76,40 @@ static enum status start(struct farm *farm, struct error *error)
                               farm->private_endpoint, farm->config.local_kernel, error);
 }
 
+static bool send_by_server(void *context, const struct wire_peer *to, const void *data, size_t size)
+{
+    return wire_server_send(context, to, data, size);
+}
+
+/* While the workers start: what they will be compared with. */
+static struct dispatcher *make_dispatcher(const struct farm *farm)
+{
+    const struct dispatcher_config config = {
+        .band_rows = farm->config.band_rows,
+        .core_revision = proof_revision(),
+        .proof = proof_render(kernel_default()),
+        .send = send_by_server,
+        .context = farm->server,
+    };
+    return dispatcher_create(&config, clock_now_ms());
+}
+
 struct farm *farm_create(const struct farm_config *config, enum status *status, struct error *error)
 {
     struct farm *farm = memory_array(1, sizeof *farm);
     farm->config = *config;
     farm->signals = -1;
-    farm->started_ms = farm->beat_ms = clock_now_ms();
-    farm->scheduler = scheduler_create(&(struct scheduler_policy){config->band_rows, SILENCE_MS});
     *status = start(farm, error);
-    if (*status != STATUS_OK) {
+    if (*status != STATUS_OK)
         farm_destroy(&farm);
-        return NULL;
-    }
-    /* While the workers start: what they will be compared with. */
-    farm->core_revision = proof_revision();
-    farm->proof = proof_render(kernel_default());
+    else
+        farm->dispatcher = make_dispatcher(farm);
     return farm;
 }
 
 void farm_add_job(struct farm *farm, struct render_job *job)
 {
-    farm->jobs = memory_grow(farm->jobs, &farm->job_capacity, farm->job_count + 1, sizeof(struct render_job *));
-    farm->jobs[farm->job_count++] = job;
-    farm_tell(farm, &(struct event){.kind = EVENT_JOB, .survey_rows = render_job_survey_rows(job),
-                                    .rows = job->settings.height}, NULL);
+    dispatcher_add_job(farm->dispatcher, job, clock_now_ms());
 }
 
 void farm_set_progress(struct farm *farm, struct progress *progress)
@@ -99,14 +118,6 @@ void farm_set_progress(struct farm *farm, struct progress *progress)
 }
 
 /* --- running ---------------------------------------------------------------------------------------------- */
-
-static struct peer *peer_of_process(struct farm *farm, pid_t pid)
-{
-    for (size_t i = 0; i < farm->peer_count; i++)
-        if (!farm->peers[i].gone && farm->peers[i].pid == (uint32_t)pid)
-            return &farm->peers[i];
-    return NULL;
-}
 
 static void say_how(pid_t pid, int how)
 {
@@ -122,9 +133,7 @@ static void take_dead_children(struct farm *farm)
     int how;
     for (pid_t pid = local_workers_reap(&farm->local, &how); pid; pid = local_workers_reap(&farm->local, &how)) {
         say_how(pid, how);
-        struct peer *peer = peer_of_process(farm, pid);
-        if (peer)
-            farm_lose_peer(farm, peer, true);
+        dispatcher_lose_process(farm->dispatcher, (uint32_t)pid, clock_now_ms());
         struct error error = {""};
         if (!local_workers_restart(&farm->local, pid, &error) && error.text[0])
             log_warning("%s", error.text);
@@ -142,80 +151,91 @@ static int take_signals(struct farm *farm)
     return 0;
 }
 
-static void beat(struct farm *farm)
+/* Those that wait; a bounded number, so that no flood of them keeps the rest from its turn. */
+static void take_messages(struct farm *farm)
 {
-    int64_t now_ms = clock_now_ms();
-    if (now_ms < farm->beat_ms)
-        return;
-    farm->beat_ms = now_ms + BEAT_MS;
-    for (size_t i = 0; i < farm->peer_count; i++)
-        farm_send(farm, &farm->peers[i], (struct message){.kind = MESSAGE_BEAT});
+    enum { MESSAGES_AT_ONCE = 1000 };
+    struct bytes data = {0};
+    struct wire_peer from;
+    for (int i = 0; i < MESSAGES_AT_ONCE && wire_server_receive(farm->server, &from, &data); i++)
+        dispatcher_take_message(farm->dispatcher, &from, data.data, data.size, clock_now_ms());
+    bytes_finish(&data);
 }
 
 /* With no local worker left that could be started again and nobody else able to come, waiting would be for ever. */
 static void check_hope(struct farm *farm)
 {
-    if (farm->config.listen || local_workers_running(&farm->local) > 0 || farm->status != STATUS_OK)
+    struct error error;
+    if (farm->config.listen || local_workers_running(&farm->local) > 0 || dispatcher_is_over(farm->dispatcher))
         return;
-    farm->status = error_set(&farm->error, STATUS_FAILED, "all local workers have died; giving up");
-    for (size_t i = 0; i < farm->job_count; i++)
-        if (render_job_is_open(farm->jobs[i]))
-            render_job_fail(farm->jobs[i]);
+    error_set(&error, STATUS_FAILED, "all local workers have died; giving up");
+    dispatcher_give_up(farm->dispatcher, STATUS_FAILED, &error, clock_now_ms());
 }
 
 static int wait_ms(const struct farm *farm)
 {
-    int64_t now_ms = clock_now_ms(), until = farm->beat_ms, deadline = scheduler_deadline(farm->scheduler);
-    until = deadline < until ? deadline : until;
+    int64_t now_ms = clock_now_ms(), until = dispatcher_deadline(farm->dispatcher);
     int wait = until <= now_ms ? 0 : (int)(until - now_ms);
     int progress = farm->progress ? progress_wait_ms(farm->progress, now_ms) : -1;
     return progress >= 0 && progress < wait ? progress : wait;
 }
 
+static void tell_done(struct farm *farm, farm_job_done *done, void *context)
+{
+    const struct render_job *job;
+    while ((job = dispatcher_take_done(farm->dispatcher)))
+        done(job, context);
+}
+
+/* Shows the present state, if progress is shown and it is time to; `last` shows it in any case. */
+static void show(struct farm *farm, bool last)
+{
+    int64_t now_ms = clock_now_ms();
+    if (!farm->progress || (!last && progress_wait_ms(farm->progress, now_ms) > 0))
+        return;
+    struct snapshot snapshot = farm_snapshot(farm);
+    if (last)
+        progress_finish(farm->progress, &snapshot, now_ms);
+    else
+        progress_update(farm->progress, &snapshot, now_ms);
+}
+
 enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int *interrupted, struct error *error)
 {
-    farm->job_done = done;
-    farm->job_done_context = context;
     *interrupted = 0;
-    while (farm->jobs_over < farm->job_count && farm->status == STATUS_OK) {
+    while (!dispatcher_is_over(farm->dispatcher)) {
         struct pollfd signals = {.fd = farm->signals, .events = POLLIN};
         wire_server_wait(farm->server, &signals, 1, wait_ms(farm));
         *interrupted = take_signals(farm);
         if (*interrupted)
             break;
-        farm_take_messages(farm);
-        farm_tell(farm, &(struct event){.kind = EVENT_TICK}, NULL);
-        beat(farm);
+        take_messages(farm);
+        dispatcher_tick(farm->dispatcher, clock_now_ms());
         check_hope(farm);
-        farm_show(farm, false);
+        tell_done(farm, done, context);
+        show(farm, false);
     }
-    farm_show(farm, true);
-    *error = farm->error;
-    return *interrupted ? STATUS_FAILED : farm->status;
+    show(farm, true);
+    enum status status = dispatcher_status(farm->dispatcher, error);
+    return *interrupted ? STATUS_FAILED : status;
+}
+
+struct snapshot farm_snapshot(struct farm *farm)
+{
+    return dispatcher_snapshot(farm->dispatcher, clock_now_ms());
 }
 
 /* --- ending ----------------------------------------------------------------------------------------------- */
-
-static size_t peers_present(const struct farm *farm)
-{
-    size_t present = 0;
-    for (size_t i = 0; i < farm->peer_count; i++)
-        present += !farm->peers[i].gone;
-    return present;
-}
 
 /* A message just sent is lost if its socket closes, so the coordinator stays until its workers have answered. */
 static void say_goodbye(struct farm *farm)
 {
     enum { PATIENCE_MS = 500 };
     int64_t now_ms = clock_now_ms(), deadline_ms = now_ms + PATIENCE_MS;
-    for (size_t i = 0; i < farm->peer_count; i++)
-        farm_send(farm, &farm->peers[i], (struct message){.kind = MESSAGE_GOODBYE});
-    farm->ending = true;
-    farm->status = STATUS_OK; /* whatever ended the farm, messages are to be taken once more */
-    for (; peers_present(farm) > 0 && now_ms < deadline_ms; now_ms = clock_now_ms()) {
+    dispatcher_say_goodbye(farm->dispatcher, now_ms);
+    for (; dispatcher_present(farm->dispatcher) > 0 && now_ms < deadline_ms; now_ms = clock_now_ms()) {
         wire_server_wait(farm->server, NULL, 0, (int)(deadline_ms - now_ms));
-        farm_take_messages(farm);
+        take_messages(farm);
     }
 }
 
@@ -224,10 +244,9 @@ void farm_destroy(struct farm **pointer)
     struct farm *farm = *pointer;
     if (!farm)
         return;
-    if (farm->server)
+    if (farm->dispatcher)
         say_goodbye(farm);
-    for (size_t i = 0; i < farm->peer_count; i++)
-        peer_finish(&farm->peers[i]);
+    dispatcher_destroy(&farm->dispatcher);
     local_workers_finish(&farm->local);
     wire_server_destroy(&farm->server);
     wire_stop();
@@ -235,12 +254,6 @@ void farm_destroy(struct farm **pointer)
         runtime_endpoint_remove(farm->private_endpoint);
     if (farm->signals >= 0)
         close(farm->signals);
-    scheduler_destroy(&farm->scheduler);
-    free(farm->events);
-    free(farm->job_views);
-    free(farm->worker_views);
-    free(farm->peers);
-    free(farm->jobs);
     free(farm);
     *pointer = NULL;
 }

@@ -1,6 +1,6 @@
 /*
- * The coordinator at work: it listens, starts local workers, speaks with all workers, lets the scheduler decide, and
- * has the results woven together. One thread, one loop.
+ * The coordinator at work: sockets, local worker processes, signals and progress around the dispatcher, which decides.
+ * One thread, one loop.
  */
 #ifndef WEFT_COORDINATOR_FARM_H
 #define WEFT_COORDINATOR_FARM_H

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/clock.h"
 #include "base/memory.h"
 #include "scene/load.h"
 #include "wire/manifest.h"
@@ -134,9 +133,9 @@ bool render_job_is_open(const struct render_job *job)
     return job->state == JOB_WAITING || job->state == JOB_SURVEYING || job->state == JOB_RUNNING;
 }
 
-void render_job_fail(struct render_job *job)
+void render_job_fail(struct render_job *job, int64_t now_ms)
 {
-    job->ended_ms = clock_now_ms();
+    job->ended_ms = now_ms;
     if (job->state == JOB_WAITING)
         job->started_ms = job->render_ms = job->ended_ms;
     job->state = JOB_FAILED;

@@ -65,8 +65,8 @@ void render_job_finish(struct render_job *job);
 /* Whether it is yet to be done, and not failed. */
 bool render_job_is_open(const struct render_job *job);
 
-/* It will not be completed. */
-void render_job_fail(struct render_job *job);
+/* It will not be completed, as is known since now_ms. */
+void render_job_fail(struct render_job *job, int64_t now_ms);
 
 /* Rows of the survey; 0: there is none. */
 uint32_t render_job_survey_rows(const struct render_job *job);

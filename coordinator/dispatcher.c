@@ -1,0 +1,121 @@
+#include "coordinator/dispatcher.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "coordinator/dispatcher_private.h"
+
+enum { BEAT_MS = 1000, SILENCE_MS = 4500 }; /* four beats, and a little */
+
+struct dispatcher *dispatcher_create(const struct dispatcher_config *config, int64_t now_ms)
+{
+    struct dispatcher *d = memory_array(1, sizeof *d);
+    d->config = *config;
+    d->now_ms = d->started_ms = d->beat_ms = now_ms;
+    d->scheduler = scheduler_create(&(struct scheduler_policy){config->band_rows, SILENCE_MS});
+    return d;
+}
+
+void dispatcher_destroy(struct dispatcher **pointer)
+{
+    struct dispatcher *d = *pointer;
+    if (!d)
+        return;
+    for (size_t i = 0; i < d->peer_count; i++)
+        peer_finish(&d->peers[i]);
+    scheduler_destroy(&d->scheduler);
+    free(d->events);
+    free(d->job_views);
+    free(d->worker_views);
+    free(d->peers);
+    free(d->done);
+    free(d->jobs);
+    free(d);
+    *pointer = NULL;
+}
+
+/* --- what happens ----------------------------------------------------------------------------------------- */
+
+void dispatcher_add_job(struct dispatcher *d, struct render_job *job, int64_t now_ms)
+{
+    d->now_ms = now_ms;
+    d->jobs = memory_grow(d->jobs, &d->job_capacity, d->job_count + 1, sizeof(struct render_job *));
+    d->jobs[d->job_count++] = job;
+    dispatcher_tell(d, &(struct event){.kind = EVENT_JOB, .survey_rows = render_job_survey_rows(job),
+                                       .rows = job->settings.height}, NULL);
+}
+
+static void beat(struct dispatcher *d)
+{
+    if (d->now_ms < d->beat_ms)
+        return;
+    d->beat_ms = d->now_ms + BEAT_MS;
+    for (size_t i = 0; i < d->peer_count; i++)
+        dispatcher_send_peer(d, &d->peers[i], (struct message){.kind = MESSAGE_BEAT});
+}
+
+void dispatcher_tick(struct dispatcher *d, int64_t now_ms)
+{
+    d->now_ms = now_ms;
+    dispatcher_tell(d, &(struct event){.kind = EVENT_TICK}, NULL);
+    beat(d);
+}
+
+int64_t dispatcher_deadline(const struct dispatcher *d)
+{
+    int64_t deadline_ms = scheduler_deadline(d->scheduler);
+    return deadline_ms < d->beat_ms ? deadline_ms : d->beat_ms;
+}
+
+void dispatcher_lose_process(struct dispatcher *d, uint32_t pid, int64_t now_ms)
+{
+    d->now_ms = now_ms;
+    for (size_t i = 0; i < d->peer_count; i++)
+        if (!d->peers[i].gone && d->peers[i].pid == pid) {
+            dispatcher_lose_peer(d, &d->peers[i], true);
+            return;
+        }
+}
+
+/* --- the end ---------------------------------------------------------------------------------------------- */
+
+void dispatcher_give_up(struct dispatcher *d, enum status status, const struct error *error, int64_t now_ms)
+{
+    d->status = status;
+    d->error = *error;
+    for (size_t i = 0; i < d->job_count; i++)
+        if (render_job_is_open(d->jobs[i]))
+            render_job_fail(d->jobs[i], now_ms);
+}
+
+const struct render_job *dispatcher_take_done(struct dispatcher *d)
+{
+    return d->done_at < d->done_count ? d->done[d->done_at++] : NULL;
+}
+
+bool dispatcher_is_over(const struct dispatcher *d)
+{
+    return d->done_count == d->job_count || d->status != STATUS_OK;
+}
+
+enum status dispatcher_status(const struct dispatcher *d, struct error *error)
+{
+    *error = d->error;
+    return d->status;
+}
+
+void dispatcher_say_goodbye(struct dispatcher *d, int64_t now_ms)
+{
+    d->now_ms = now_ms;
+    for (size_t i = 0; i < d->peer_count; i++)
+        dispatcher_send_peer(d, &d->peers[i], (struct message){.kind = MESSAGE_GOODBYE});
+    d->ending = true;
+}
+
+size_t dispatcher_present(const struct dispatcher *d)
+{
+    size_t present = 0;
+    for (size_t i = 0; i < d->peer_count; i++)
+        present += !d->peers[i].gone;
+    return present;
+}

@@ -1,0 +1,211 @@
+/* What the scheduler decides, carried out. */
+#include <inttypes.h>
+#include <stdlib.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+#include "coordinator/dispatcher_private.h"
+
+/* --- sending ---------------------------------------------------------------------------------------------- */
+
+bool dispatcher_send_to(struct dispatcher *d, const struct wire_peer *address, const struct message *message)
+{
+    struct bytes bytes = {0};
+    message_encode(message, &bytes);
+    bool sent = d->config.send(d->config.context, address, bytes.data, bytes.size);
+    bytes_finish(&bytes);
+    return sent;
+}
+
+void dispatcher_send_peer(struct dispatcher *d, struct peer *peer, struct message message)
+{
+    message.epoch = peer->epoch;
+    if (!peer->gone && !dispatcher_send_to(d, &peer->address, &message))
+        dispatcher_lose_peer(d, peer, true);
+}
+
+void dispatcher_lose_peer(struct dispatcher *d, struct peer *peer, bool by_fault)
+{
+    if (peer->gone)
+        return;
+    peer->gone = true;
+    peer_finish(peer);
+    if (by_fault)
+        log_warning("worker %u (%s, process %u) is lost", peer->number, peer->host, peer->pid);
+    dispatcher_tell(d, &(struct event){.kind = by_fault ? EVENT_LOST : EVENT_LEAVE, .worker = peer->number}, NULL);
+}
+
+static struct peer *peer_numbered(struct dispatcher *d, uint32_t number)
+{
+    return &d->peers[number - 1];
+}
+
+/* --- carrying out the scheduler's actions ----------------------------------------------------------------- */
+
+static void fail_job(struct dispatcher *d, struct render_job *job, enum status status, const struct error *error)
+{
+    render_job_fail(job, d->now_ms);
+    if (d->status != STATUS_OK)
+        return;
+    d->status = status;
+    d->error = *error;
+}
+
+static void announce(struct dispatcher *d, const struct action *action)
+{
+    const struct render_job *job = d->jobs[action->job];
+    dispatcher_send_peer(d, peer_numbered(d, action->worker), (struct message){.kind = MESSAGE_JOB, .job = {
+        .job = action->job, .manifest = job->manifest_digest, .manifest_bytes = job->manifest.size,
+        .settings = job->settings}});
+}
+
+/* Its first band, of a survey or of a render without one. */
+static void start_job(const struct dispatcher *d, struct render_job *job, enum render_pass pass)
+{
+    if (job->state != JOB_WAITING)
+        return;
+    job->state = pass == PASS_SURVEY ? JOB_SURVEYING : JOB_RUNNING;
+    job->started_ms = job->render_ms = d->now_ms;
+}
+
+static void grant(struct dispatcher *d, const struct action *action)
+{
+    struct render_job *job = d->jobs[action->job];
+    const struct sampling *sampling = action->pass == PASS_SURVEY ? &job->surveying : &job->sampling;
+    start_job(d, job, action->pass);
+    dispatcher_send_peer(d, peer_numbered(d, action->worker), (struct message){.kind = MESSAGE_BAND, .band = {
+        .job = action->job, .lease = action->lease, .pass = action->pass, .first_row = action->first_row,
+        .rows = action->rows, .sampling = {sampling->least, sampling->most, sampling->threshold}}});
+}
+
+static void end_survey(struct dispatcher *d, const struct action *action)
+{
+    struct render_job *job = d->jobs[action->job];
+    render_job_end_survey(job);
+    job->state = JOB_RUNNING;
+    job->render_ms = d->now_ms;
+    log_debug("%s: surveyed; %" PRIu32 " to %" PRIu32 " samples a pixel, threshold %" PRIu32, job->scene_path,
+              job->sampling.least, job->sampling.most, job->sampling.threshold);
+}
+
+static void accept_result(struct dispatcher *d, const struct action *action, const uint8_t *result)
+{
+    struct render_job *job = d->jobs[action->job];
+    struct error error;
+    if (action->pass == PASS_SURVEY) {
+        render_job_take_survey(job, result);
+        return;
+    }
+    enum status status = render_job_take_band(job, (struct band_account){
+        .first_row = action->first_row, .rows = action->rows, .worker = action->worker,
+        .lease_ms = action->lease_ms}, result, &error);
+    if (status != STATUS_OK)
+        fail_job(d, job, status, &error);
+}
+
+static void complete_job(struct dispatcher *d, const struct action *action)
+{
+    struct render_job *job = d->jobs[action->job];
+    struct error error;
+    if (d->status != STATUS_OK)
+        return;
+    enum status status = assembly_complete(&job->assembly, &error);
+    if (status != STATUS_OK) {
+        fail_job(d, job, status, &error);
+        return;
+    }
+    job->ended_ms = d->now_ms;
+    job->state = JOB_DONE;
+    d->done = memory_grow(d->done, &d->done_capacity, d->done_count + 1, sizeof(struct render_job *));
+    d->done[d->done_count++] = job;
+}
+
+static void give_up(struct dispatcher *d, const struct action *action)
+{
+    struct render_job *job = d->jobs[action->job];
+    struct error error;
+    error_set(&error, STATUS_FAILED, "%s: rows %u to %u%s cost %d workers their lives; giving up", job->scene_path,
+              action->first_row, action->first_row + action->rows - 1,
+              action->pass == PASS_SURVEY ? " of the survey" : "", SCHEDULER_LOSSES_MAX);
+    fail_job(d, job, STATUS_FAILED, &error);
+}
+
+static void expel(struct dispatcher *d, const struct action *action)
+{
+    struct peer *peer = peer_numbered(d, action->worker);
+    log_warning("worker %u (%s, process %u) has been silent too long; its bands go to others", peer->number, peer->host,
+                peer->pid);
+    dispatcher_send_to(d, &peer->address, &(struct message){.kind = MESSAGE_GOODBYE, .epoch = peer->epoch});
+    peer->gone = true;
+    peer_finish(peer);
+}
+
+static void carry_out(struct dispatcher *d, const struct action *action, const uint8_t *result)
+{
+    switch (action->kind) {
+    case ACTION_ANNOUNCE:
+        announce(d, action);
+        break;
+    case ACTION_GRANT:
+        grant(d, action);
+        break;
+    case ACTION_ACCEPT:
+        accept_result(d, action, result);
+        break;
+    case ACTION_ACK:
+        dispatcher_send_peer(d, peer_numbered(d, action->worker),
+                  (struct message){.kind = MESSAGE_ACK, .ack = {action->lease}});
+        break;
+    case ACTION_REVOKE:
+        peer_drop(peer_numbered(d, action->worker), action->lease);
+        dispatcher_send_peer(d, peer_numbered(d, action->worker),
+                  (struct message){.kind = MESSAGE_REVOKE, .revoke = {action->lease}});
+        break;
+    case ACTION_END:
+        dispatcher_send_peer(d, peer_numbered(d, action->worker),
+                  (struct message){.kind = MESSAGE_END, .end = {action->job}});
+        break;
+    case ACTION_EXPEL:
+        expel(d, action);
+        break;
+    case ACTION_SURVEYED:
+        end_survey(d, action);
+        break;
+    case ACTION_DONE:
+        complete_job(d, action);
+        break;
+    case ACTION_FAIL:
+        give_up(d, action);
+        break;
+    }
+}
+
+static void answer(struct dispatcher *d, const struct event *event, const uint8_t *result)
+{
+    struct action_list actions = {0};
+    scheduler_handle(d->scheduler, event, d->now_ms, &actions);
+    for (size_t i = 0; i < actions.count; i++)
+        carry_out(d, &actions.items[i], result);
+    free(actions.items);
+}
+
+/* A peer that turns out to be lost while actions are carried out leads to another event. It waits until they all are: the
+ * scheduler's answer to it may build on them, as the bands of a render do on the end of its survey. */
+void dispatcher_tell(struct dispatcher *d, const struct event *event, const uint8_t *result)
+{
+    if (d->ending)
+        return;
+    if (d->answering) {
+        d->events = memory_grow(d->events, &d->event_capacity, d->event_count + 1, sizeof *d->events);
+        d->events[d->event_count++] = *event;
+        return;
+    }
+    d->answering = true;
+    answer(d, event, result);
+    for (size_t i = 0; i < d->event_count; i++) { /* to which its answer may add */
+        struct event next = d->events[i];
+        answer(d, &next, NULL);
+    }
+    d->event_count = 0;
+    d->answering = false;
+}

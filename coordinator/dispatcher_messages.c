@@ -1,0 +1,172 @@
+/* What workers say, taken and answered. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <sodium.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+#include "coordinator/dispatcher_private.h"
+
+/* --- joining ---------------------------------------------------------------------------------------------- */
+
+static void refuse(struct dispatcher *d, const struct wire_peer *address, const struct message *hello, const char *reason)
+{
+    struct message message = {.kind = MESSAGE_REFUSE};
+    snprintf(message.refuse.reason, sizeof message.refuse.reason, "%s", reason);
+    dispatcher_send_to(d, address, &message);
+    log_warning("refused a worker on %s (process %u): %s", hello->hello.host, hello->hello.pid, reason);
+}
+
+static struct peer *find_peer(struct dispatcher *d, const struct wire_peer *address)
+{
+    for (size_t i = d->peer_count; i-- > 0;)
+        if (!d->peers[i].gone && wire_peer_equal(&d->peers[i].address, address))
+            return &d->peers[i];
+    return NULL;
+}
+
+static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
+{
+    d->peers = memory_grow(d->peers, &d->peer_capacity, d->peer_count + 1, sizeof *d->peers);
+    struct peer *peer = &d->peers[d->peer_count++];
+    *peer = (struct peer){.number = (uint32_t)d->peer_count, .address = *address, .pid = hello->hello.pid,
+                          .threads = hello->hello.threads, .joined_ms = d->now_ms};
+    peer->rate_from_ms = peer->joined_ms;
+    randombytes_buf(&peer->epoch, sizeof peer->epoch);
+    memcpy(peer->host, hello->hello.host, sizeof peer->host);
+    memcpy(peer->kernel, hello->hello.kernel, sizeof peer->kernel);
+    return peer;
+}
+
+static void take_hello(struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
+{
+    struct peer *known = find_peer(d, address);
+    if (known) { /* it asked again before it heard the answer */
+        dispatcher_send_peer(d, known, (struct message){.kind = MESSAGE_WELCOME});
+        return;
+    }
+    if (!digest_equal(&hello->hello.core_revision, &d->config.core_revision)) {
+        refuse(d, address, hello, "its tracing core was built from other sources than the coordinator's");
+        return;
+    }
+    if (!digest_equal(&hello->hello.proof, &d->config.proof)) {
+        refuse(d, address, hello, "it computes other bytes than the coordinator (its proof picture differs)");
+        return;
+    }
+    struct peer *peer = add_peer(d, address, hello);
+    uint32_t number = peer->number;
+    log_info("worker %u joined: %s, process %u, %u threads, kernel %s", number, peer->host, peer->pid, peer->threads,
+             peer->kernel);
+    dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_WELCOME});
+    dispatcher_tell(d, &(struct event){.kind = EVENT_JOIN, .worker = number, .threads = hello->hello.threads,
+                                    .credit = hello->hello.credit}, NULL);
+}
+
+/* --- answering -------------------------------------------------------------------------------------------- */
+
+static void take_need(struct dispatcher *d, struct peer *peer, const struct message *message)
+{
+    const struct bytes *asset = NULL;
+    for (size_t i = 0; i < d->job_count && !asset; i++)
+        if (render_job_is_open(d->jobs[i]))
+            asset = render_job_find(d->jobs[i], &message->need.digest);
+    if (!asset || message->need.offset > asset->size)
+        return; /* of a job that has ended */
+    uint64_t left = asset->size - message->need.offset;
+    dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_ASSET, .asset = {
+        .digest = message->need.digest, .offset = message->need.offset, .total = asset->size,
+        .data = asset->data + message->need.offset,
+        .size = (uint32_t)(left < MESSAGE_CHUNK_MAX ? left : MESSAGE_CHUNK_MAX)}});
+}
+
+static void take_failure(struct dispatcher *d, struct peer *peer, const struct message *message)
+{
+    log_warning("worker %u (%s) cannot work on job %" PRIu32 ": %s", peer->number, peer->host, message->failed.job,
+                message->failed.reason);
+    dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_GOODBYE});
+    dispatcher_lose_peer(d, peer, false);
+}
+
+static void take_result(struct dispatcher *d, struct peer *peer, const struct message *message)
+{
+    struct action grant;
+    if (!scheduler_lease(d->scheduler, peer->number, message->result.lease, &grant)) {
+        peer_drop(peer, message->result.lease); /* revoked meanwhile */
+        return;
+    }
+    const struct assembly *assembly = d->jobs[grant.job]->assembly;
+    bool survey = grant.pass == PASS_SURVEY;
+    uint64_t total = survey ? SURVEY_BYTES : (uint64_t)grant.rows * assembly_record_bytes(assembly);
+    struct bytes result = {0};
+    bool fits, whole = peer_take_chunk(peer, message, total, &result, &fits);
+    if (!fits) {
+        log_warning("worker %u (%s) sent a result that does not fit its band", peer->number, peer->host);
+        dispatcher_lose_peer(d, peer, true);
+    }
+    if (!whole)
+        return;
+    peer->bands_done++;
+    if (!survey) {
+        struct row_figures figures = assembly_sum(assembly, grant.rows, result.data);
+        peer->rows_done += grant.rows;
+        peer->rays_returned += row_figures_rays(&figures);
+    }
+    dispatcher_tell(d, &(struct event){.kind = EVENT_RESULT, .worker = peer->number, .lease = message->result.lease},
+              result.data);
+    bytes_finish(&result);
+}
+
+static void take_peer_message(struct dispatcher *d, struct peer *peer, const struct message *message)
+{
+    switch (message->kind) {
+    case MESSAGE_NEED:
+        take_need(d, peer, message);
+        break;
+    case MESSAGE_READY:
+        dispatcher_tell(d, &(struct event){.kind = EVENT_READY, .worker = peer->number, .job = message->ready.job}, NULL);
+        break;
+    case MESSAGE_FAILED:
+        take_failure(d, peer, message);
+        break;
+    case MESSAGE_RESULT:
+        take_result(d, peer, message);
+        break;
+    case MESSAGE_BEAT:
+        peer_take_beat(peer, message->beat.rays, d->now_ms);
+        dispatcher_tell(d, &(struct event){.kind = EVENT_BEAT, .worker = peer->number}, NULL);
+        break;
+    case MESSAGE_DRAIN:
+        peer->draining = true;
+        dispatcher_tell(d, &(struct event){.kind = EVENT_DRAIN, .worker = peer->number}, NULL);
+        break;
+    case MESSAGE_GOODBYE:
+        if (!d->ending)
+            log_info("worker %u (%s) said goodbye", peer->number, peer->host);
+        dispatcher_lose_peer(d, peer, false);
+        break;
+    default:
+        break; /* what a worker has no business sending */
+    }
+}
+
+void dispatcher_take_message(struct dispatcher *d, const struct wire_peer *from, const void *data, size_t size,
+                             int64_t now_ms)
+{
+    struct message message;
+    struct error error;
+    d->now_ms = now_ms;
+    if (d->status != STATUS_OK && !d->ending)
+        return;
+    if (message_decode(&message, data, size, &error) != STATUS_OK) {
+        log_warning("ignored a message: %s", error.text);
+        return;
+    }
+    struct peer *peer = find_peer(d, from);
+    if (message.kind == MESSAGE_HELLO && !d->ending)
+        take_hello(d, from, &message);
+    else if (peer && message.epoch == peer->epoch)
+        take_peer_message(d, peer, &message);
+}

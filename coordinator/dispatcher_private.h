@@ -1,0 +1,43 @@
+/* Private to the dispatcher. */
+#ifndef WEFT_COORDINATOR_DISPATCHER_PRIVATE_H
+#define WEFT_COORDINATOR_DISPATCHER_PRIVATE_H
+
+#include "coordinator/dispatcher.h"
+#include "coordinator/peer.h"
+#include "coordinator/scheduler.h"
+
+struct dispatcher {
+    struct dispatcher_config config;
+    int64_t now_ms; /* of the call in progress */
+    struct scheduler *scheduler;
+    struct render_job **jobs; /* the scheduler's job i is jobs[i] */
+    size_t job_count, job_capacity;
+    const struct render_job **done; /* in the order of completion; told up to done_at */
+    size_t done_at, done_count, done_capacity;
+    struct peer *peers; /* all that ever joined */
+    size_t peer_count, peer_capacity;
+    int64_t started_ms, beat_ms;
+    struct job_snapshot *job_views; /* of dispatcher_snapshot */
+    struct worker_snapshot *worker_views;
+    size_t job_view_capacity, worker_view_capacity;
+    bool answering; /* dispatcher_tell is at work */
+    struct event *events; /* that came about meanwhile */
+    size_t event_count, event_capacity;
+    bool ending; /* nothing is handed out and nobody joins any more */
+    enum status status; /* other than STATUS_OK: it has stopped, and says why in error */
+    struct error error;
+};
+
+/* Tells the scheduler and carries out what it answers. `result`: the bytes of an EVENT_RESULT, else NULL. */
+void dispatcher_tell(struct dispatcher *dispatcher, const struct event *event, const uint8_t *result);
+
+/* To any address: false if it cannot be reached. */
+bool dispatcher_send_to(struct dispatcher *dispatcher, const struct wire_peer *address, const struct message *message);
+
+/* Sends to a worker; one that cannot be reached is lost. */
+void dispatcher_send_peer(struct dispatcher *dispatcher, struct peer *peer, struct message message);
+
+/* The worker is gone: tells the scheduler, unless it knows. */
+void dispatcher_lose_peer(struct dispatcher *dispatcher, struct peer *peer, bool by_fault);
+
+#endif
