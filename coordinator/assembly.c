@@ -17,7 +17,9 @@ enum { PICTURE, SAMPLE_MAP, ERROR_MAP, FILES };
  */
 struct assembly {
     struct image_writer *writers[FILES]; /* the encoder's alone while that runs; NULL: not asked for */
-    uint8_t *colours;                    /* of a row of a map, the encoder's */
+    const struct journal *journal;
+    uint8_t *row;                        /* the encoder's: a record behind its figures, */
+    uint8_t *colours;                    /* and those of a row of a map */
     uint32_t width, height;
     struct row_layout layout;
     uint32_t taken; /* rows, in any order */
@@ -26,7 +28,7 @@ struct assembly {
 
     pthread_mutex_t mutex; /* guards what follows */
     pthread_cond_t changed;
-    uint8_t **waiting;  /* of rows that the encoder is yet to take: the record behind its figures, or NULL */
+    uint64_t *waiting;  /* of rows that the encoder is yet to take: where in the journal their pixels are, or 0 */
     uint32_t next;      /* the row that it takes next */
     bool abandoned;     /* it is to end at once */
     enum status status; /* other than STATUS_OK: writing failed, and it has ended */
@@ -47,12 +49,14 @@ static enum status open_files(struct assembly *a, const struct assembly_paths *p
 }
 
 struct assembly *assembly_create(const struct assembly_paths *paths, const struct image_description *description,
-                                 enum status *status, struct error *error)
+                                 const struct journal *journal, enum status *status, struct error *error)
 {
     struct assembly *a = memory_array(1, sizeof *a);
     a->width = description->width;
     a->height = description->height;
     a->layout = row_layout_of(a->width, pixel_format_bytes(description->format), assembly_needs_maps(paths));
+    a->journal = journal;
+    a->row = memory_array(assembly_record_bytes(a) - ROW_FIGURES_BYTES, 1);
     a->colours = memory_array(a->width, 3);
     a->waiting = memory_array(a->height, sizeof *a->waiting);
     pthread_mutex_init(&a->mutex, NULL);
@@ -75,10 +79,10 @@ static bool more_to_come(const struct assembly *a)
     return !a->abandoned && a->next < a->height;
 }
 
-/* Waits for the next row, which the caller frees; NULL if there is nothing more to do. */
-static uint8_t *next_row(struct assembly *a)
+/* Waits for the next row and says where it is; 0 if there is nothing more to do. */
+static uint64_t next_row(struct assembly *a)
 {
-    uint8_t *row = NULL;
+    uint64_t row = 0;
     pthread_mutex_lock(&a->mutex);
     while (more_to_come(a) && !a->waiting[a->next])
         pthread_cond_wait(&a->changed, &a->mutex);
@@ -107,14 +111,15 @@ static enum status write_map_row(struct assembly *a, int map, const uint8_t *cod
     return image_writer_row(a->writers[map], a->colours, error);
 }
 
-/* `row`: a record behind its figures. */
-static enum status write_row(struct assembly *a, const uint8_t *row, struct error *error)
+static enum status write_row(struct assembly *a, uint64_t offset, struct error *error)
 {
     const size_t at[FILES] = {0, row_stages_at(&a->layout), row_errors_at(&a->layout)};
-    enum status status = image_writer_row(a->writers[PICTURE], row, error);
+    enum status status = journal_read(a->journal, offset, a->row, assembly_record_bytes(a) - ROW_FIGURES_BYTES, error);
+    if (status == STATUS_OK)
+        status = image_writer_row(a->writers[PICTURE], a->row, error);
     for (int i = SAMPLE_MAP; i < FILES && status == STATUS_OK; i++)
         if (a->writers[i])
-            status = write_map_row(a, i, row + at[i] - ROW_FIGURES_BYTES, error);
+            status = write_map_row(a, i, a->row + at[i] - ROW_FIGURES_BYTES, error);
     return status;
 }
 
@@ -123,11 +128,9 @@ static void *encode(void *argument)
     struct assembly *a = argument;
     struct error error;
     enum status status = STATUS_OK;
-    uint8_t *row;
-    while (status == STATUS_OK && (row = next_row(a))) {
+    uint64_t row;
+    while (status == STATUS_OK && (row = next_row(a)) != 0)
         status = write_row(a, row, &error);
-        free(row);
-    }
     if (status != STATUS_OK)
         note_failure(a, status, &error);
     return NULL;
@@ -160,11 +163,11 @@ static void end_encoder(struct assembly *a, bool abandon)
 
 /* --- rows ------------------------------------------------------------------------------------------------- */
 
-static void take_row(struct assembly *a, uint32_t row, const uint8_t *record)
+/* `offset`: of its record. */
+static void take_row(struct assembly *a, uint32_t row, uint64_t offset)
 {
-    size_t size = assembly_record_bytes(a) - ROW_FIGURES_BYTES;
     assert(row < a->height && row >= a->next && !a->waiting[row]);
-    a->waiting[row] = memcpy(memory_resize(NULL, size, 1), record + ROW_FIGURES_BYTES, size);
+    a->waiting[row] = offset + ROW_FIGURES_BYTES;
     a->taken++;
 }
 
@@ -176,7 +179,7 @@ static enum status writing_status(const struct assembly *a, struct error *error)
     return a->status;
 }
 
-enum status assembly_add(struct assembly *a, uint32_t first_row, uint32_t rows, const uint8_t *records,
+enum status assembly_add(struct assembly *a, uint32_t first_row, uint32_t rows, uint64_t offset,
                          struct error *error)
 {
     enum status status = need_encoder(a, error);
@@ -184,7 +187,7 @@ enum status assembly_add(struct assembly *a, uint32_t first_row, uint32_t rows, 
         return status;
     pthread_mutex_lock(&a->mutex);
     for (uint32_t i = 0; i < rows; i++)
-        take_row(a, first_row + i, records + i * assembly_record_bytes(a));
+        take_row(a, first_row + i, offset + i * (uint64_t)assembly_record_bytes(a));
     status = writing_status(a, error);
     pthread_cond_signal(&a->changed);
     pthread_mutex_unlock(&a->mutex);
@@ -209,12 +212,11 @@ static void assembly_free(struct assembly **pointer)
     struct assembly *a = *pointer;
     for (int i = 0; i < FILES; i++)
         image_writer_abandon(&a->writers[i]);
-    for (uint32_t i = a->next; i < a->height; i++)
-        free(a->waiting[i]);
     pthread_cond_destroy(&a->changed);
     pthread_mutex_destroy(&a->mutex);
     free(a->waiting);
     free(a->colours);
+    free(a->row);
     free(a);
     *pointer = NULL;
 }

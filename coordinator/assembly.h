@@ -1,7 +1,7 @@
 /*
  * Weaving a picture from its bands, and maps of where its samples went and how far off its pixels are: row records
- * arrive in any order and are written from the top as soon as they can be, by a thread that runs from the first of
- * them to the last, so that whoever adds them does not wait.
+ * arrive in any order in the journal and are written from the top as soon as they can be, by a thread that runs from the
+ * first of them to the last, so that whoever adds them does not wait.
  */
 #ifndef WEFT_COORDINATOR_ASSEMBLY_H
 #define WEFT_COORDINATOR_ASSEMBLY_H
@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "base/error.h"
+#include "coordinator/journal.h"
 #include "image/writer.h"
 #include "wire/rows.h"
 
@@ -27,17 +28,18 @@ static inline bool assembly_needs_maps(const struct assembly_paths *paths)
 }
 
 /* Opens the outputs (image/writer.h says how): the picture as described, maps as PNGs of 8 bits and its size with its
- * texts (coordinator/map_colours.h). NULL with *status and *error set if one cannot be written. */
+ * texts (coordinator/map_colours.h). The rows will be in the journal, which is borrowed. NULL with *status and *error
+ * set if one cannot be written. */
 struct assembly *assembly_create(const struct assembly_paths *paths, const struct image_description *description,
-                                 enum status *status, struct error *error);
+                                 const struct journal *journal, enum status *status, struct error *error);
 
 /* Bytes of one row's record. */
 size_t assembly_record_bytes(const struct assembly *assembly);
 
-/* Takes the records of rows first_row..first_row + rows − 1, which must be within the picture and new. They are
- * copied. STATUS_OUTPUT if any row, of this call or an earlier one, is known to have failed to be written; only
- * assembly_abandon may follow. */
-enum status assembly_add(struct assembly *assembly, uint32_t first_row, uint32_t rows, const uint8_t *records,
+/* Takes the records of rows first_row..first_row + rows − 1, which must be within the picture and new; they begin at
+ * that offset in the journal. STATUS_OUTPUT if any row, of this call or an earlier one, is known to have failed to be
+ * written; only assembly_abandon may follow. */
+enum status assembly_add(struct assembly *assembly, uint32_t first_row, uint32_t rows, uint64_t offset,
                          struct error *error);
 
 /* The sums of the figures of so many records. */

@@ -42,7 +42,8 @@ void dispatcher_add_job(struct dispatcher *d, struct render_job *job, int64_t no
     d->jobs = memory_grow(d->jobs, &d->job_capacity, d->job_count + 1, sizeof(struct render_job *));
     d->jobs[d->job_count++] = job;
     dispatcher_tell(d, &(struct event){.kind = EVENT_JOB, .survey_rows = render_job_survey_rows(job),
-                                       .rows = job->settings.height}, NULL);
+                                       .rows = job->settings.height, .kept = job->kept,
+                                       .kept_count = job->kept_count}, NULL);
 }
 
 static void beat(struct dispatcher *d)
@@ -88,9 +89,13 @@ void dispatcher_give_up(struct dispatcher *d, enum status status, const struct e
             render_job_fail(d->jobs[i], now_ms);
 }
 
-const struct render_job *dispatcher_take_done(struct dispatcher *d)
+const struct render_job *dispatcher_take_done(struct dispatcher *d, int64_t now_ms)
 {
-    return d->done_at < d->done_count ? d->done[d->done_at++] : NULL;
+    if (d->done_at == d->done_count)
+        return NULL;
+    struct render_job *job = d->done[d->done_at++];
+    job->ended_ms = now_ms;
+    return job;
 }
 
 bool dispatcher_is_over(const struct dispatcher *d)

@@ -52,8 +52,9 @@ void dispatcher_lose_process(struct dispatcher *dispatcher, uint32_t pid, int64_
 /* Gives up all jobs that are open, and says why. */
 void dispatcher_give_up(struct dispatcher *dispatcher, enum status status, const struct error *error, int64_t now_ms);
 
-/* The next job whose output has been completed, each once, in the order of their completion; NULL: no other has. */
-const struct render_job *dispatcher_take_done(struct dispatcher *dispatcher);
+/* The next job whose output has been completed, each once, in the order of their completion; NULL: no other has. It
+ * counts as ended now, so that the time it took to complete its files counts. */
+const struct render_job *dispatcher_take_done(struct dispatcher *dispatcher, int64_t now_ms);
 
 /* Whether there is nothing more to do: all is done, or it cannot be. */
 bool dispatcher_is_over(const struct dispatcher *dispatcher);

@@ -59,7 +59,7 @@ static void announce(struct dispatcher *d, const struct action *action)
         .settings = job->settings}});
 }
 
-/* Its first band, of a survey or of a render without one. */
+/* With its first band, of a survey or of a render without one; or when an earlier run has left nothing to do. */
 static void start_job(const struct dispatcher *d, struct render_job *job, enum render_pass pass)
 {
     if (job->state != JOB_WAITING)
@@ -81,6 +81,7 @@ static void grant(struct dispatcher *d, const struct action *action)
 static void end_survey(struct dispatcher *d, const struct action *action)
 {
     struct render_job *job = d->jobs[action->job];
+    start_job(d, job, PASS_RENDER);
     render_job_end_survey(job);
     job->state = JOB_RUNNING;
     job->render_ms = d->now_ms;
@@ -91,14 +92,10 @@ static void end_survey(struct dispatcher *d, const struct action *action)
 static void accept_result(struct dispatcher *d, const struct action *action, const uint8_t *result)
 {
     struct render_job *job = d->jobs[action->job];
+    const struct band_account account = {.first_row = action->first_row, .rows = action->rows,
+                                         .worker = action->worker, .lease_ms = action->lease_ms};
     struct error error;
-    if (action->pass == PASS_SURVEY) {
-        render_job_take_survey(job, result);
-        return;
-    }
-    enum status status = render_job_take_band(job, (struct band_account){
-        .first_row = action->first_row, .rows = action->rows, .worker = action->worker,
-        .lease_ms = action->lease_ms}, result, &error);
+    enum status status = render_job_take(job, action->pass, account, result, &error);
     if (status != STATUS_OK)
         fail_job(d, job, status, &error);
 }
@@ -109,12 +106,12 @@ static void complete_job(struct dispatcher *d, const struct action *action)
     struct error error;
     if (d->status != STATUS_OK)
         return;
-    enum status status = assembly_complete(&job->assembly, &error);
+    start_job(d, job, PASS_RENDER);
+    enum status status = render_job_complete(job, &error);
     if (status != STATUS_OK) {
         fail_job(d, job, status, &error);
         return;
     }
-    job->ended_ms = d->now_ms;
     job->state = JOB_DONE;
     d->done = memory_grow(d->done, &d->done_capacity, d->done_count + 1, sizeof(struct render_job *));
     d->done[d->done_count++] = job;

@@ -97,9 +97,8 @@ static void take_result(struct dispatcher *d, struct peer *peer, const struct me
         peer_drop(peer, message->result.lease); /* revoked meanwhile */
         return;
     }
-    const struct assembly *assembly = d->jobs[grant.job]->assembly;
-    bool survey = grant.pass == PASS_SURVEY;
-    uint64_t total = survey ? SURVEY_BYTES : (uint64_t)grant.rows * assembly_record_bytes(assembly);
+    const struct render_job *job = d->jobs[grant.job];
+    uint64_t total = render_job_result_bytes(job, grant.pass, grant.rows);
     struct bytes result = {0};
     bool fits, whole = peer_take_chunk(peer, message, total, &result, &fits);
     if (!fits) {
@@ -109,13 +108,13 @@ static void take_result(struct dispatcher *d, struct peer *peer, const struct me
     if (!whole)
         return;
     peer->bands_done++;
-    if (!survey) {
-        struct row_figures figures = assembly_sum(assembly, grant.rows, result.data);
+    if (grant.pass == PASS_RENDER) {
+        struct row_figures figures = assembly_sum(job->assembly, grant.rows, result.data);
         peer->rows_done += grant.rows;
         peer->rays_returned += row_figures_rays(&figures);
     }
     dispatcher_tell(d, &(struct event){.kind = EVENT_RESULT, .worker = peer->number, .lease = message->result.lease},
-              result.data);
+                    result.data);
     bytes_finish(&result);
 }
 

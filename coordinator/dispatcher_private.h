@@ -12,7 +12,7 @@ struct dispatcher {
     struct scheduler *scheduler;
     struct render_job **jobs; /* the scheduler's job i is jobs[i] */
     size_t job_count, job_capacity;
-    const struct render_job **done; /* in the order of completion; told up to done_at */
+    struct render_job **done; /* in the order of completion; told up to done_at */
     size_t done_at, done_count, done_capacity;
     struct peer *peers; /* all that ever joined */
     size_t peer_count, peer_capacity;

@@ -55,9 +55,9 @@ static struct job_snapshot show_job(const struct dispatcher *d, size_t index, in
     view.elapsed_seconds = (double)((job->ended_ms ? job->ended_ms : now_ms) - job->started_ms) / 1000;
     if (job->state == JOB_DONE)
         view.remaining_seconds = 0;
-    else if (job->rows_done > 0)
-        view.remaining_seconds =
-            (double)(now_ms - job->render_ms) / 1000 * (view.height - view.rows_done) / view.rows_done;
+    else if (job->rows_done > job->rows_kept)
+        view.remaining_seconds = (double)(now_ms - job->render_ms) / 1000 * (view.height - view.rows_done) /
+                                 (view.rows_done - job->rows_kept);
     return view;
 }
 

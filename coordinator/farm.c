@@ -183,7 +183,7 @@ static int wait_ms(const struct farm *farm)
 static void tell_done(struct farm *farm, farm_job_done *done, void *context)
 {
     const struct render_job *job;
-    while ((job = dispatcher_take_done(farm->dispatcher)))
+    while ((job = dispatcher_take_done(farm->dispatcher, clock_now_ms())))
         done(job, context);
 }
 

@@ -18,7 +18,8 @@
 #include "wire/socket.h"
 
 enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_ERROR, OPTION_MAX_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL,
-       OPTION_PROGRESS, OPTION_REPORT, OPTION_SAMPLE_MAP, OPTION_ERROR_MAP, OPTION_INSECURE, OPTION_HELP, OPTION_VERSION };
+       OPTION_PROGRESS, OPTION_REPORT, OPTION_SAMPLE_MAP, OPTION_ERROR_MAP, OPTION_INSECURE, OPTION_NO_RESUME,
+       OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
     {'o', "output", "OUT", "file (.png, .pfm), or with several scenes a folder"},
@@ -37,6 +38,7 @@ static const struct option_spec options[] = {
     {OPTION_REPORT, "report", "FILE", "write all that is known of the render there, as JSON"},
     {OPTION_SAMPLE_MAP, "sample-map", "FILE", "paint there (.png) where the samples went; of one scene"},
     {OPTION_ERROR_MAP, "error-map", "FILE", "paint there (.png) how far off each pixel is; of one scene"},
+    {OPTION_NO_RESUME, "no-resume", NULL, "neither go on from the journal of an interrupted render nor write one"},
     {OPTION_PROGRESS, "progress", "MODE", "auto, bar, json or none (default auto)"},
     {'q', "quiet", NULL, "say only what is wrong"},
     {'v', "verbose", NULL, "say more"},
@@ -163,6 +165,9 @@ static enum status handle_option(void *context, int key, const char *argument, s
         break;
     case OPTION_INSECURE:
         a->insecure = true;
+        break;
+    case OPTION_NO_RESUME:
+        a->choices.no_resume = true;
         break;
     case 'q':
         a->quiet = true;
@@ -299,7 +304,7 @@ static void say_done(const struct render_job *job, void *context)
     if (a->quiet || strcmp(a->progress, "json") == 0)
         return;
     double seconds = (double)(job->ended_ms - job->started_ms) / 1000;
-    double rays = (double)row_figures_rays(&job->figures) + (double)job->survey.rays;
+    double rays = (double)render_job_rays(job);
     char count[16], rate[16];
     format_count(count, rays);
     format_count(rate, seconds > 0 ? rays / seconds : 0);
@@ -385,7 +390,8 @@ int command_render(int argc, char **argv)
         status = render(&a, argv + first, (size_t)(argc - first), &interrupted, &error);
     }
     if (interrupted) {
-        log_error("interrupted; nothing was written of the unfinished picture");
+        log_error(a.choices.no_resume ? "interrupted; nothing was written of the unfinished picture"
+                                      : "interrupted; the same command will go on from here");
         return 128 + interrupted;
     }
     if (status != STATUS_OK)

@@ -1,11 +1,14 @@
 #include "coordinator/render_job.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/log.h"
 #include "base/memory.h"
 #include "scene/load.h"
+#include "trace/proof.h"
 #include "wire/manifest.h"
 
 static bool ends_with(const char *text, const char *ending)
@@ -74,6 +77,41 @@ static void name_source(struct render_job *job)
     digest_hex(&digest, job->source + strlen(job->source));
 }
 
+static struct digest settings_digest(const struct render_job *job)
+{
+    const struct sampling *samplings[] = {&job->surveying, &job->sampling};
+    const struct job_settings *settings = &job->settings;
+    struct bytes text = {0};
+    bytes_put_u32(&text, settings->width);
+    bytes_put_u32(&text, settings->height);
+    bytes_put_u8(&text, settings->filter);
+    bytes_put_u8(&text, settings->pixel_format);
+    bytes_put_u8(&text, settings->maps);
+    bytes_put_f64(&text, job->error);
+    for (int i = 0; i < 2; i++) {
+        bytes_put_u32(&text, samplings[i]->least);
+        bytes_put_u32(&text, samplings[i]->most);
+        bytes_put_u32(&text, samplings[i]->threshold);
+    }
+    struct digest digest = digest_of(text.data, text.size);
+    bytes_finish(&text);
+    return digest;
+}
+
+static enum status open_journal(struct render_job *job, const struct render_choices *choices, struct error *error)
+{
+    const struct digest revision = proof_revision();
+    struct bytes program = {0};
+    bytes_put(&program, revision.bytes, DIGEST_BYTES);
+    bytes_put_u16(&program, PROTOCOL_VERSION);
+    bytes_put_string(&program, WEFT_VERSION);
+    const struct journal_key key = {digest_of(program.data, program.size), job->manifest_digest, settings_digest(job)};
+    bytes_finish(&program);
+    enum status status = STATUS_OK;
+    job->journal = journal_open(job->output_path, &key, !choices->no_resume, &status, error);
+    return status;
+}
+
 static enum status open_outputs(struct render_job *job, const struct render_choices *choices, struct error *error)
 {
     const struct image_description description = {
@@ -85,7 +123,97 @@ static enum status open_outputs(struct render_job *job, const struct render_choi
     };
     const struct assembly_paths paths = {job->output_path, choices->sample_map, choices->error_map};
     enum status status = STATUS_OK;
-    job->assembly = assembly_create(&paths, &description, &status, error);
+    job->assembly = assembly_create(&paths, &description, job->journal, &status, error);
+    return status;
+}
+
+/* --- results ---------------------------------------------------------------------------------------------- */
+
+/* Adds a result that is at that offset in the journal. */
+static enum status add_result(struct render_job *job, enum render_pass pass, struct band_account band,
+                              const uint8_t *result, uint64_t offset, struct error *error)
+{
+    if (pass == PASS_SURVEY) {
+        struct survey part;
+        survey_read(&part, result);
+        survey_add(&job->survey, &part);
+        return STATUS_OK;
+    }
+    band.figures = assembly_sum(job->assembly, band.rows, result);
+    row_figures_add(&job->figures, &band.figures);
+    job->rows_done += band.rows;
+    job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof *job->bands);
+    job->bands[job->band_count++] = band;
+    return assembly_add(job->assembly, band.first_row, band.rows, offset, error);
+}
+
+/* --- what an earlier run left ----------------------------------------------------------------------------- */
+
+/* The rows that are there. */
+struct rows_found {
+    uint32_t rows[PASSES], missing[PASSES];
+    uint8_t *marks[PASSES]; /* of each row: whether it is there */
+};
+
+static bool is_free(const struct rows_found *found, const struct journal_band *band)
+{
+    if (band->rows == 0 || band->first_row >= found->rows[band->pass] ||
+        band->rows > found->rows[band->pass] - band->first_row)
+        return false;
+    return !memchr(found->marks[band->pass] + band->first_row, 1, band->rows);
+}
+
+/* Rows of a render were sampled as a whole survey said. */
+static bool fits(const struct render_job *job, const struct journal_band *band, const struct rows_found *found)
+{
+    return (uint32_t)band->pass < PASSES && (band->pass == PASS_SURVEY || found->missing[PASS_SURVEY] == 0) &&
+           is_free(found, band) && band->size == render_job_result_bytes(job, band->pass, band->rows);
+}
+
+/* All of them, in stretches. */
+static void list_kept(struct render_job *job, const struct rows_found *found)
+{
+    for (int pass = 0; pass < PASSES; pass++)
+        for (uint32_t row = 0, first = 0; row < found->rows[pass]; row++) {
+            const uint8_t *mark = found->marks[pass] + row;
+            first = row > 0 && mark[-1] ? first : row;
+            bool goes_on = row + 1 < found->rows[pass] && mark[1];
+            if (!*mark || goes_on)
+                continue;
+            job->kept = memory_grow(job->kept, &job->kept_capacity, job->kept_count + 1, sizeof *job->kept);
+            job->kept[job->kept_count++] = (struct kept_rows){(enum render_pass)pass, first, row + 1 - first};
+        }
+}
+
+static enum status take_kept(struct render_job *job, struct error *error)
+{
+    const uint32_t rows[PASSES] = {render_job_survey_rows(job), job->settings.height};
+    struct rows_found found = {.rows = {rows[0], rows[1]}, .missing = {rows[0], rows[1]}};
+    struct journal_band band;
+    struct bytes data = {0};
+    enum status status = STATUS_OK;
+    for (int pass = 0; pass < PASSES; pass++)
+        found.marks[pass] = memory_array(rows[pass], 1);
+    while (status == STATUS_OK && journal_next(job->journal, &band, &data)) {
+        if (!fits(job, &band, &found)) {
+            journal_reject(job->journal);
+            break;
+        }
+        memset(found.marks[band.pass] + band.first_row, 1, band.rows);
+        found.missing[band.pass] -= band.rows;
+        struct band_account account = {.first_row = band.first_row, .rows = band.rows,
+                                       .lease_ms = (int64_t)band.lease_ms};
+        status = add_result(job, band.pass, account, data.data, band.offset, error);
+    }
+    list_kept(job, &found);
+    job->rows_kept = job->rows_done;
+    job->rays_kept = row_figures_rays(&job->figures) + job->survey.rays;
+    if (job->rows_kept > 0)
+        log_info("%s: going on from its journal: %" PRIu32 " of %" PRIu32 " rows are there", job->output_path,
+                 job->rows_kept, job->settings.height);
+    for (int pass = 0; pass < PASSES; pass++)
+        free(found.marks[pass]);
+    bytes_finish(&data);
     return status;
 }
 
@@ -104,7 +232,10 @@ static enum status prepare(struct render_job *job, const struct render_choices *
     scene_finish(&scene);
     make_manifest(job);
     name_source(job);
-    return open_outputs(job, choices, error);
+    status = open_journal(job, choices, error);
+    if (status == STATUS_OK)
+        status = open_outputs(job, choices, error);
+    return status == STATUS_OK ? take_kept(job, error) : status;
 }
 
 enum status render_job_init(struct render_job *job, const char *scene_path, const char *output_path,
@@ -120,6 +251,8 @@ enum status render_job_init(struct render_job *job, const char *scene_path, cons
 void render_job_finish(struct render_job *job)
 {
     assembly_abandon(&job->assembly);
+    journal_close(&job->journal, false);
+    free(job->kept);
     asset_set_finish(&job->assets);
     bytes_finish(&job->manifest);
     free(job->bands);
@@ -148,28 +281,38 @@ uint32_t render_job_survey_rows(const struct render_job *job)
     return job->surveying.most > 0 ? survey_grid(job->settings.width, job->settings.height).down : 0;
 }
 
-void render_job_take_survey(struct render_job *job, const uint8_t *bytes)
+uint64_t render_job_result_bytes(const struct render_job *job, enum render_pass pass, uint32_t rows)
 {
-    struct survey part;
-    survey_read(&part, bytes);
-    survey_add(&job->survey, &part);
+    return pass == PASS_SURVEY ? SURVEY_BYTES : (uint64_t)rows * assembly_record_bytes(job->assembly);
 }
 
-enum status render_job_take_band(struct render_job *job, struct band_account band, const uint8_t *records,
-                                 struct error *error)
+enum status render_job_take(struct render_job *job, enum render_pass pass, struct band_account account,
+                            const uint8_t *result, struct error *error)
 {
-    band.figures = assembly_sum(job->assembly, band.rows, records);
-    row_figures_add(&job->figures, &band.figures);
-    job->rows_done += band.rows;
-    job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof *job->bands);
-    job->bands[job->band_count++] = band;
-    return assembly_add(job->assembly, band.first_row, band.rows, records, error);
+    struct journal_band band = {.pass = pass, .first_row = account.first_row, .rows = account.rows,
+                                .lease_ms = (uint64_t)account.lease_ms,
+                                .size = render_job_result_bytes(job, pass, account.rows)};
+    enum status status = journal_add(job->journal, &band, result, error);
+    return status == STATUS_OK ? add_result(job, pass, account, result, band.offset, error) : status;
+}
+
+enum status render_job_complete(struct render_job *job, struct error *error)
+{
+    enum status status = assembly_complete(&job->assembly, error);
+    if (status == STATUS_OK)
+        journal_close(&job->journal, true);
+    return status;
 }
 
 void render_job_end_survey(struct render_job *job)
 {
     if (job->error > 0)
         job->sampling = survey_choose(&job->survey, &job->surveying, job->error);
+}
+
+uint64_t render_job_rays(const struct render_job *job)
+{
+    return row_figures_rays(&job->figures) + job->survey.rays - job->rays_kept;
 }
 
 double render_job_samples(const struct render_job *job)

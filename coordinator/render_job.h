@@ -6,6 +6,8 @@
 
 #include "base/error.h"
 #include "coordinator/assembly.h"
+#include "coordinator/journal.h"
+#include "coordinator/scheduler.h"
 #include "coordinator/snapshot.h"
 #include "scene/assets.h"
 #include "trace/survey.h"
@@ -20,6 +22,7 @@ struct render_choices {
     int filter;             /* enum pixel_filter */
     int bits;               /* 8 or 16, of a PNG */
     const char *sample_map, *error_map; /* files to write; NULL: none */
+    bool no_resume;         /* neither read nor write a journal */
 };
 
 /* What is asked for where neither command line nor scene says anything. */
@@ -29,7 +32,7 @@ enum { RENDER_SAMPLES_MAX_DEFAULT = 1024 };
 /* A band of the render, as it was accepted. */
 struct band_account {
     uint32_t first_row, rows;
-    uint32_t worker;   /* its number */
+    uint32_t worker;   /* its number; 0: an earlier run's */
     int64_t lease_ms;  /* how long it held the band */
     struct row_figures figures;
 };
@@ -45,6 +48,11 @@ struct render_job {
     struct survey survey;           /* where an error is to be met, or one sample to be judged: the sum of what has come */
     struct sampling surveying;      /* the sampling of the survey; most == 0: there is none */
     struct sampling sampling;       /* the render's; known once all is surveyed, but for `most` */
+    struct journal *journal;        /* holds all bands that were accepted; NULL once the output is complete */
+    struct kept_rows *kept;         /* bands that an earlier run left, by pass and row */
+    size_t kept_count, kept_capacity;
+    uint32_t rows_kept;             /* rows of the render among them, */
+    uint64_t rays_kept;             /* and the rays that all of them took */
     struct assembly *assembly;      /* NULL once the output is complete or abandoned */
     enum job_state state;
     int64_t started_ms, render_ms; /* by the clock: when its first band was handed out, of all and of the render */
@@ -55,11 +63,12 @@ struct render_job {
     size_t band_count, band_capacity;
 };
 
-/* Loads and validates the scene, and opens its output. On failure *job holds nothing; STATUS_INPUT or STATUS_OUTPUT. */
+/* Loads and validates the scene, opens its journal and its output, and takes what an earlier run left. On failure *job
+ * holds nothing; STATUS_INPUT or STATUS_OUTPUT. */
 enum status render_job_init(struct render_job *job, const char *scene_path, const char *output_path,
                             const struct render_choices *choices, struct error *error);
 
-/* Abandons an output that is not complete. */
+/* Abandons an output that is not complete; the journal stays for a later run. */
 void render_job_finish(struct render_job *job);
 
 /* Whether it is yet to be done, and not failed. */
@@ -71,15 +80,22 @@ void render_job_fail(struct render_job *job, int64_t now_ms);
 /* Rows of the survey; 0: there is none. */
 uint32_t render_job_survey_rows(const struct render_job *job);
 
-/* Takes the result of a band of the survey, SURVEY_BYTES. */
-void render_job_take_survey(struct render_job *job, const uint8_t *bytes);
+/* Bytes of the result of a band of so many rows. */
+uint64_t render_job_result_bytes(const struct render_job *job, enum render_pass pass, uint32_t rows);
 
-/* Takes the records of a band of the render; band->figures are filled in here. STATUS_OUTPUT as of assembly_add. */
-enum status render_job_take_band(struct render_job *job, struct band_account band, const uint8_t *records,
-                                 struct error *error);
+/* Takes the result of a band: a survey, or records of rows. The figures are filled in here. STATUS_OUTPUT as of
+ * journal_add and assembly_add. */
+enum status render_job_take(struct render_job *job, enum render_pass pass, struct band_account band,
+                            const uint8_t *result, struct error *error);
 
 /* All is surveyed: chooses the render's sampling. */
 void render_job_end_survey(struct render_job *job);
+
+/* With all rows taken: completes the output and removes the journal. STATUS_OUTPUT. */
+enum status render_job_complete(struct render_job *job, struct error *error);
+
+/* Rays that this run took so far. */
+uint64_t render_job_rays(const struct render_job *job);
 
 /* Samples a pixel: the fixed number, or the mean of the rows done (0: none is). */
 double render_job_samples(const struct render_job *job);

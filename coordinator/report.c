@@ -77,8 +77,7 @@ static void put_rays(struct bytes *text, const struct render_job *job, double se
     text_put(text, "\"rays\":{\"camera\":%" PRIu64 ",\"secondary\":%" PRIu64 ",\"shadow\":%" PRIu64, figures->samples,
              figures->secondary_rays, figures->shadow_rays);
     text_put(text, ",\"render\":%" PRIu64 ",\"survey\":%" PRIu64 "},", rays, job->survey.rays);
-    double all = (double)rays + (double)job->survey.rays;
-    json_text_number(text, "rays_per_second", seconds > 0 ? all / seconds : NAN, 0);
+    json_text_number(text, "rays_per_second", seconds > 0 ? (double)render_job_rays(job) / seconds : NAN, 0);
 }
 
 /* A fixed number of samples need not be one of the stages. */
@@ -169,7 +168,7 @@ static void put_job(struct bytes *text, const struct render_job *job, double sec
     put_seconds(text, job, seconds);
     text_put(text, ",\n   ");
     put_rays(text, job, seconds);
-    text_put(text, ",\n   \"rows\":%" PRIu32 ",", job->rows_done);
+    text_put(text, ",\n   \"rows\":%" PRIu32 ",\"rows_resumed\":%" PRIu32 ",", job->rows_done, job->rows_kept);
     json_text_number(text, "samples_mean", job->rows_done > 0 ? render_job_samples(job) : NAN, 6);
     text_put(text, ",");
     put_histogram(text, job);

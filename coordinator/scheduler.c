@@ -28,8 +28,10 @@ struct job {
     enum render_pass pass;
     uint32_t pass_rows[PASSES];
     bool over;
+    struct kept_rows *kept; /* those at kept_at and later are yet to be passed by next_row */
+    size_t kept_at, kept_count;
     /* Of the present pass, which began with no band and so with no lease: */
-    uint32_t next_row; /* rows from there on are not yet cut into bands */
+    uint32_t next_row; /* rows from there on are not yet cut into bands; it is not a kept one */
     uint32_t accepted_rows;
     struct band *bands;
     size_t band_count, band_capacity;
@@ -92,6 +94,7 @@ void scheduler_destroy(struct scheduler **pointer)
     for (size_t i = 0; i < s->job_count; i++) {
         free(s->jobs[i].bands);
         free(s->jobs[i].waiting);
+        free(s->jobs[i].kept);
     }
     for (size_t i = 0; i < s->worker_count; i++)
         worker_finish(&s->workers[i]);
@@ -180,6 +183,23 @@ static uint32_t rows_of(const struct job *job)
     return job->pass_rows[job->pass];
 }
 
+/* Where the next kept rows of the pass begin, or its rows end. */
+static uint32_t cut_end(const struct job *job)
+{
+    bool has_kept = job->kept_at < job->kept_count && job->kept[job->kept_at].pass == job->pass;
+    return has_kept ? job->kept[job->kept_at].first_row : rows_of(job);
+}
+
+/* Passes kept rows at next_row: they count as accepted. */
+static void pass_kept(struct job *job)
+{
+    while (job->next_row < rows_of(job) && job->next_row == cut_end(job)) {
+        uint32_t rows = job->kept[job->kept_at++].rows;
+        job->next_row += rows;
+        job->accepted_rows += rows;
+    }
+}
+
 static bool has_waiting(const struct job *job)
 {
     return !job->over && (job->waiting_at < job->waiting_count || job->next_row < rows_of(job));
@@ -191,13 +211,14 @@ static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job)
 {
     bool renders = job->pass == PASS_RENDER;
     uint32_t remaining = rows_of(job) - job->next_row, rows = renders ? s->policy.band_rows : 0;
+    uint32_t together = cut_end(job) - job->next_row;
     if (rows == 0) {
         uint64_t share = remaining / (BANDS_A_THREAD * (s->threads ? s->threads : 1));
         uint64_t least = renders ? BAND_ROWS_MIN : 1;
         share = share < least ? least : share;
         rows = share < BAND_ROWS_MAX ? (uint32_t)share : BAND_ROWS_MAX;
     }
-    return rows < remaining ? rows : remaining;
+    return rows < together ? rows : together;
 }
 
 /* The next band to hand out, of a job that has_waiting: one that came back, else one cut from the remaining rows. */
@@ -209,6 +230,7 @@ static uint32_t take_waiting(struct scheduler *s, struct job *job)
     struct band *band = &job->bands[job->band_count];
     *band = (struct band){.first_row = job->next_row, .rows = rows_to_cut(s, job)};
     job->next_row += band->rows;
+    pass_kept(job);
     return (uint32_t)job->band_count++;
 }
 
@@ -277,7 +299,18 @@ static void end_survey(struct scheduler *s, uint32_t number)
     job->next_row = job->accepted_rows = 0;
     job->band_count = job->waiting_at = job->waiting_count = 0;
     job->answered_ms = job->answered = 0;
+    pass_kept(job);
     act(s, (struct action){.kind = ACTION_SURVEYED, .job = number});
+}
+
+/* Goes on to the next pass if this one is complete, and ends the job after the last. */
+static void end_complete_passes(struct scheduler *s, uint32_t number)
+{
+    struct job *job = &s->jobs[number];
+    if (job->pass == PASS_SURVEY && job->accepted_rows == rows_of(job))
+        end_survey(s, number);
+    if (job->pass == PASS_RENDER && job->accepted_rows == rows_of(job))
+        end_job(s, number, (struct action){.kind = ACTION_DONE, .job = number});
 }
 
 static void accept(struct scheduler *s, const struct worker *w, const struct lease *answered)
@@ -293,12 +326,7 @@ static void accept(struct scheduler *s, const struct worker *w, const struct lea
     act(s, (struct action){.kind = ACTION_ACCEPT, .worker = w->number, .job = answered->job, .pass = job->pass,
                            .first_row = band->first_row, .rows = band->rows, .lease_ms = lease_ms});
     revoke_band(s, answered->job, answered->band);
-    if (job->accepted_rows < rows_of(job))
-        return;
-    if (job->pass == PASS_SURVEY)
-        end_survey(s, answered->job);
-    else
-        end_job(s, answered->job, (struct action){.kind = ACTION_DONE, .job = answered->job});
+    end_complete_passes(s, answered->job);
 }
 
 /* --- workers coming and going ----------------------------------------------------------------------------- */
@@ -351,8 +379,14 @@ static void add_worker(struct scheduler *s, const struct event *event)
 static void add_job(struct scheduler *s, const struct event *event)
 {
     s->jobs = memory_grow(s->jobs, &s->job_capacity, s->job_count + 1, sizeof *s->jobs);
-    s->jobs[s->job_count++] = (struct job){.pass = event->survey_rows > 0 ? PASS_SURVEY : PASS_RENDER,
-                                           .pass_rows = {event->survey_rows, event->rows}};
+    struct job *job = &s->jobs[s->job_count++];
+    *job = (struct job){.pass = event->survey_rows > 0 ? PASS_SURVEY : PASS_RENDER,
+                        .pass_rows = {event->survey_rows, event->rows}, .kept_count = event->kept_count};
+    job->kept = memory_array(event->kept_count, sizeof *job->kept);
+    for (size_t i = 0; i < event->kept_count; i++)
+        job->kept[i] = event->kept[i];
+    pass_kept(job);
+    end_complete_passes(s, (uint32_t)(s->job_count - 1));
 }
 
 /* --- handing out ------------------------------------------------------------------------------------------ */

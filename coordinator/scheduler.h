@@ -26,7 +26,7 @@ struct scheduler_policy {
 enum { SCHEDULER_LOSSES_MAX = 3 }; /* a band that was lost with so many workers fails its job */
 
 enum event_kind {
-    EVENT_JOB,    /* a new job: survey_rows, rows. Jobs are numbered 0, 1, … in the order of these events */
+    EVENT_JOB,    /* a new job: survey_rows, rows, kept. Jobs are numbered 0, 1, … in the order of these events */
     EVENT_JOIN,   /* worker, threads, credit. Worker numbers are the caller's, each used once */
     EVENT_READY,  /* worker has loaded the job */
     EVENT_BEAT,   /* worker is alive */
@@ -37,11 +37,19 @@ enum event_kind {
     EVENT_TICK,   /* only the time */
 };
 
+/* Rows of a pass that need no rendering. */
+struct kept_rows {
+    enum render_pass pass;
+    uint32_t first_row, rows; /* rows >= 1 */
+};
+
 struct event {
     enum event_kind kind;
     uint32_t worker, job;
     uint32_t survey_rows;     /* JOB: 0: without a survey */
     uint32_t rows;            /* JOB: at least 1 */
+    const struct kept_rows *kept; /* JOB: kept[kept_count], from an earlier run, by pass and rising rows, none twice; */
+    size_t kept_count;            /* borrowed. Of the render only if all of the survey are */
     uint32_t threads, credit; /* JOIN: at least 1 each */
     uint64_t lease;           /* RESULT */
 };

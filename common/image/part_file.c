@@ -44,6 +44,14 @@ static enum status open_folder(struct part_file *file, struct error *error)
     return status;
 }
 
+enum { OWN_PATH_BYTES = 32 };
+
+/* Where a file that this process has open can be found. */
+static void own_path(int fd, char path[OWN_PATH_BYTES])
+{
+    snprintf(path, OWN_PATH_BYTES, "/proc/self/fd/%d", fd);
+}
+
 static const char *type_name(mode_t mode)
 {
     switch (mode & S_IFMT) {
@@ -75,15 +83,35 @@ static enum status check_target(const struct part_file *file, struct error *erro
     return STATUS_OK;
 }
 
+/* A file without a name goes with the process that writes it, however that ends. Leaves fd −1 where the file system
+ * knows none, or no name could be given to it later. */
+static int open_nameless(const struct part_file *file)
+{
+    char path[OWN_PATH_BYTES];
+    int fd = openat(file->folder_fd, ".", O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+    if (fd < 0)
+        return -1;
+    own_path(fd, path);
+    if (access(path, F_OK) == 0)
+        return fd;
+    close(fd);
+    errno = EOPNOTSUPP;
+    return -1;
+}
+
 static enum status create_temporary(struct part_file *file, struct error *error)
 {
     const int flags = O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC;
-    file->fd = openat(file->folder_fd, file->temporary, flags, 0666);
-    if (file->fd < 0 && errno == EEXIST && unlinkat(file->folder_fd, file->temporary, 0) == 0)
+    file->fd = open_nameless(file);
+    if (file->fd < 0 && (errno == EOPNOTSUPP || errno == EISDIR || errno == EINVAL)) {
+        file->named = true;
         file->fd = openat(file->folder_fd, file->temporary, flags, 0666);
+        if (file->fd < 0 && errno == EEXIST && unlinkat(file->folder_fd, file->temporary, 0) == 0)
+            file->fd = openat(file->folder_fd, file->temporary, flags, 0666);
+    }
     if (file->fd < 0)
-        return error_set(error, STATUS_OUTPUT, "%s: cannot create the temporary file %s beside it: %s",
-                         file->path, file->temporary, strerror(errno));
+        return error_set(error, STATUS_OUTPUT, "%s: cannot create a temporary file beside it: %s", file->path,
+                         strerror(errno));
     return STATUS_OK;
 }
 
@@ -127,10 +155,24 @@ static int sync_folder(int folder_fd)
     return result < 0 && errno == EINVAL ? 0 : result;
 }
 
+/* Gives it its temporary name, which replaces what another process may have left. */
+static int give_name(struct part_file *file)
+{
+    char path[OWN_PATH_BYTES];
+    own_path(file->fd, path);
+    int result = linkat(AT_FDCWD, path, file->folder_fd, file->temporary, AT_SYMLINK_FOLLOW);
+    if (result < 0 && errno == EEXIST && unlinkat(file->folder_fd, file->temporary, 0) == 0)
+        result = linkat(AT_FDCWD, path, file->folder_fd, file->temporary, AT_SYMLINK_FOLLOW);
+    file->named = result == 0;
+    return result;
+}
+
 enum status part_file_publish(struct part_file *file, struct error *error)
 {
     if (fsync(file->fd) < 0)
         return fail(file, "cannot be brought to disk", error);
+    if (!file->named && give_name(file) < 0)
+        return fail(file, "cannot be given its name", error);
     int closed = close(file->fd);
     file->fd = -1;
     if (closed < 0)
@@ -145,7 +187,7 @@ enum status part_file_publish(struct part_file *file, struct error *error)
 
 void part_file_discard(struct part_file *file)
 {
-    if (file->path)
+    if (file->named)
         unlinkat(file->folder_fd, file->temporary, 0);
     release(file);
 }

@@ -1,10 +1,12 @@
 /*
- * A file that appears under its name when it is complete, or not at all. Until then its bytes are in a
- * temporary file in the same folder, `.NAME.PID.part`.
+ * A file that appears under its name when it is complete, or not at all. Until then its bytes are in a file in the same
+ * folder that has no name, and is gone if its process is killed; where the file system knows no such files, in a
+ * temporary one, `.NAME.PID.part`.
  */
 #ifndef WEFT_IMAGE_PART_FILE_H
 #define WEFT_IMAGE_PART_FILE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -14,7 +16,8 @@
 struct part_file {
     char *path;       /* of the output, as the user named it */
     const char *name; /* the part of path after the last slash */
-    char *temporary;  /* the temporary file's name in the folder */
+    char *temporary;  /* the temporary file's name in the folder, */
+    bool named;       /* and whether it has it */
     int folder_fd;
     int fd;           /* of the temporary file; -1 when closed */
 };

@@ -28,8 +28,9 @@
 enum { WIDTH = 19, HEIGHT = 61 };
 
 static char folder[] = "/tmp/weft-assembly-XXXXXX";
-static char output[64], reference[64], sample_map[64], error_map[64];
+static char rows_path[64], output[64], reference[64], sample_map[64], error_map[64];
 static struct error error;
+static struct journal *journal; /* where rows wait */
 static bool maps; /* of the records */
 
 static const struct image_description description = {WIDTH, HEIGHT, PIXEL_SRGB8, "weft test", "scene.json"};
@@ -65,14 +66,21 @@ static void put_record(struct bytes *to, uint32_t row)
     }
 }
 
+static enum status add_records(struct assembly *assembly, uint32_t first_row, uint32_t rows, const uint8_t *records)
+{
+    struct journal_band band = {.pass = PASS_RENDER, .first_row = first_row, .rows = rows,
+                                .size = rows * assembly_record_bytes(assembly)};
+    enum status status = journal_add(journal, &band, records, &error);
+    return status == STATUS_OK ? assembly_add(assembly, first_row, rows, band.offset, &error) : status;
+}
+
 static void add_band(struct assembly *assembly, uint32_t first_row, uint32_t rows)
 {
     struct bytes records = {0};
     for (uint32_t row = first_row; row < first_row + rows; row++)
         put_record(&records, row);
     assert_int_equal(records.size, rows * assembly_record_bytes(assembly));
-    assert_int_equal(assembly_add(assembly, first_row, rows, records.data, &error), STATUS_OK);
-    memset(records.data, 0xee, records.size); /* they were copied */
+    assert_int_equal(add_records(assembly, first_row, rows, records.data), STATUS_OK);
     bytes_finish(&records);
 }
 
@@ -80,7 +88,7 @@ static struct assembly *create(void)
 {
     enum status status;
     const struct assembly_paths paths = {output, maps ? sample_map : NULL, maps ? error_map : NULL};
-    struct assembly *assembly = assembly_create(&paths, &description, &status, &error);
+    struct assembly *assembly = assembly_create(&paths, &description, journal, &status, &error);
     if (!assembly)
         fail_msg("%s", error.text);
     return assembly;
@@ -169,7 +177,7 @@ static void test_map_without_folder(void **state)
     (void)state;
     const struct assembly_paths paths = {output, sample_map, "/nowhere/at/all.png"};
     enum status status = STATUS_OK;
-    assert_null(assembly_create(&paths, &description, &status, &error));
+    assert_null(assembly_create(&paths, &description, journal, &status, &error));
     assert_int_equal(status, STATUS_OUTPUT);
     assert_non_null(strstr(error.text, "/nowhere/at/all.png"));
     assert_int_equal(count_files(), 1); /* the reference alone */
@@ -243,31 +251,46 @@ static struct assembly *create_large(void)
 {
     struct image_description large = {LARGE_WIDTH, LARGE_HEIGHT, PIXEL_SRGB8, "weft test", "scene.json"};
     enum status status;
-    struct assembly *assembly = assembly_create(&(struct assembly_paths){.picture = output}, &large, &status, &error);
+    const struct assembly_paths paths = {.picture = output};
+    struct assembly *assembly = assembly_create(&paths, &large, journal, &status, &error);
     assert_non_null(assembly);
     return assembly;
 }
 
-/* Noise, which does not compress. */
-static enum status add_large(struct assembly *assembly, uint32_t first_row, uint32_t rows)
+/* Puts rows of noise, which does not compress, into the journal, and says where they are. */
+static uint64_t put_large(const struct assembly *assembly, uint32_t rows)
 {
     size_t record_bytes = assembly_record_bytes(assembly);
     uint8_t *records = memory_array(rows, record_bytes);
     for (size_t i = 0; i < rows * record_bytes; i++)
         if (i % record_bytes >= ROW_FIGURES_BYTES)
             records[i] = (uint8_t)hash_u32((uint32_t)i);
-    enum status status = assembly_add(assembly, first_row, rows, records, &error);
+    struct journal_band band = {.pass = PASS_RENDER, .rows = rows, .size = rows * record_bytes};
+    assert_int_equal(journal_add(journal, &band, records, &error), STATUS_OK);
     free(records);
-    return status;
+    return band.offset;
 }
 
-/* Bytes of the file that becomes the output. */
+static enum status add_large(struct assembly *assembly, uint32_t first_row, uint32_t rows)
+{
+    return assembly_add(assembly, first_row, rows, put_large(assembly, rows), &error);
+}
+
+/* Bytes of the file that becomes the output: it has no name, but this process has it open. */
 static int64_t part_bytes(void)
 {
-    struct stat info;
-    char part[96];
-    snprintf(part, sizeof part, "%s/.out.png.%ld.part", folder, (long)getpid());
-    return stat(part, &info) == 0 ? (int64_t)info.st_size : -1;
+    int64_t size = -1;
+    DIR *open_files = opendir("/proc/self/fd");
+    for (struct dirent *entry; (entry = readdir(open_files));) {
+        char target[128] = "";
+        struct stat info;
+        ssize_t length = readlinkat(dirfd(open_files), entry->d_name, target, sizeof target - 1);
+        bool is_ours = length > 0 && strncmp(target, folder, strlen(folder)) == 0 && target[strlen(folder)] == '/';
+        if (is_ours && fstatat(dirfd(open_files), entry->d_name, &info, 0) == 0 && S_ISREG(info.st_mode))
+            size = (int64_t)info.st_size;
+    }
+    closedir(open_files);
+    return size;
 }
 
 static void test_written_while_rows_are_missing(void **state)
@@ -295,11 +318,12 @@ static void test_failure_to_write(void **state)
     assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
     small = (struct rlimit){.rlim_cur = 1 << 17, .rlim_max = before.rlim_max};
     signal(SIGXFSZ, SIG_IGN);
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
     struct assembly *assembly = create_large();
-    enum status status = add_large(assembly, 0, LARGE_HEIGHT - 1);
+    uint64_t rows = put_large(assembly, LARGE_HEIGHT - 1), last = put_large(assembly, 1);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    enum status status = assembly_add(assembly, 0, LARGE_HEIGHT - 1, rows, &error);
     if (status == STATUS_OK)
-        status = add_large(assembly, LARGE_HEIGHT - 1, 1);
+        status = assembly_add(assembly, LARGE_HEIGHT - 1, 1, last, &error);
     if (status == STATUS_OK)
         status = assembly_complete(&assembly, &error);
     assembly_abandon(&assembly);
@@ -316,7 +340,7 @@ static void test_no_folder(void **state)
     (void)state;
     enum status status = STATUS_OK;
     const struct assembly_paths paths = {.picture = "/nowhere/at/all.png"};
-    assert_null(assembly_create(&paths, &description, &status, &error));
+    assert_null(assembly_create(&paths, &description, journal, &status, &error));
     assert_int_equal(status, STATUS_OUTPUT);
     assert_non_null(strstr(error.text, "/nowhere/at/all.png"));
 }
@@ -331,7 +355,7 @@ static void test_record_bytes(void **state)
         other.format = (enum pixel_format)format;
         for (size_t mapped = 0; mapped < 2; mapped++) {
             const struct assembly_paths paths = {output, NULL, mapped ? error_map : NULL};
-            struct assembly *assembly = assembly_create(&paths, &other, &status, &error);
+            struct assembly *assembly = assembly_create(&paths, &other, journal, &status, &error);
             assert_non_null(assembly);
             assert_int_equal(assembly_record_bytes(assembly),
                              ROW_FIGURES_BYTES + WIDTH * (pixel_bytes[format] + 2 * mapped));
@@ -351,6 +375,10 @@ static int make_reference(void **state)
     snprintf(reference, sizeof reference, "%s/reference.png", folder);
     snprintf(sample_map, sizeof sample_map, "%s/samples.png", folder);
     snprintf(error_map, sizeof error_map, "%s/errors.png", folder);
+    snprintf(rows_path, sizeof rows_path, "%s-rows", folder);
+    journal = journal_open(rows_path, &(struct journal_key){{{0}}, {{0}}, {{0}}}, false, &status, &error);
+    if (!journal)
+        return -1;
     struct image_writer *writer = image_writer_create(reference, &description, &status, &error);
     for (uint32_t row = 0; writer && row < HEIGHT; row++) {
         uint8_t pixels[3 * WIDTH];
@@ -365,6 +393,7 @@ static int make_reference(void **state)
 static int remove_folder(void **state)
 {
     (void)state;
+    journal_close(&journal, true);
     unlink(output);
     unlink(reference);
     return rmdir(folder);
