@@ -22,11 +22,14 @@ WARN    = -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wpoin
 CPPFLAGS = -D_GNU_SOURCE -Icommon -I. -I$(B) -DWEFT_VERSION='"$(VERSION)"'
 CFLAGS_release  = -O3 -g
 CFLAGS_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+# clang, unlike gcc, complains of an empty list's NULL + 0 as well, which all compilers take for NULL.
+CFLAGS_fuzz     = $(CFLAGS_sanitize) -fsanitize=fuzzer-no-link -fno-sanitize=pointer-overflow
 CFLAGS  = -std=c11 $(CFLAGS_$(MODE)) $(WARN) $(NUMERIC) -pthread
-LDFLAGS = $(if $(filter sanitize,$(MODE)),-fsanitize=address$(comma)undefined) -pthread
+LDFLAGS_sanitize = -fsanitize=address,undefined
+LDFLAGS_fuzz     = -fsanitize=fuzzer,address,undefined
+LDFLAGS = $(LDFLAGS_$(MODE)) -pthread
 LDLIBS  = -lzmq -lcjson -lpng -lsodium -lm
 TEST_LIBS = -lcmocka -lmpfr -lgmp -lquadmath
-comma   = ,
 Q       = $(if $(V),,@) # make V=1 shows the commands
 
 COMMON  = $(wildcard common/*/*.c)
@@ -53,10 +56,11 @@ FARM    = $(filter-out %/main.c,$(wildcard coordinator/*.c worker/*.c))
 OBJECTS = $(patsubst %.c,$(B)/obj/%.o,$(COMMON) $(FARM) $(wildcard coordinator/main.c worker/main.c))
 PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker/main.c),$(B)/weft-worker)
 
-C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c))
+FUZZ_TARGETS = $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
+C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c)) $(FUZZ_TARGETS:%=$(B)/tests/fuzz/%.t)
 SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t tests/bench/*/*.t)
 
-.PHONY: all demo test test-one-mode test-isa bench bench-peers bench-error clean help
+.PHONY: all demo test test-one-mode test-isa fuzz fuzz-targets bench bench-peers bench-error clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
@@ -66,6 +70,7 @@ help:
 	@echo 'make demo       renders scenes/showcase.json with two workers into showcase.png'
 	@echo 'make test       all tests, in release mode and with address and undefined-behaviour sanitizers'
 	@echo 'make test-isa   the same bits from other compilers, options and CPUs (installing emulators, by apt)'
+	@echo 'make fuzz       readers of files and messages under libFuzzer, S=60 seconds each (with clang); T=TARGET: one'
 	@echo 'make bench      kernels, trees, whole renders, the cost of the farm: figures on stdout'
 	@echo 'make bench-peers'
 	@echo '                CPU time against POV-Ray and Tachyon (installing them, by apt); FULL=1: at full size;'
@@ -124,7 +129,14 @@ $(B)/tests/%.t: $(B)/obj/tests/%.o $(B)/libweft.a
 	$(if $(V),,@echo '  LINK $@')
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(TEST_LIBS) $(LDLIBS)
 
--include $(OBJECTS:.o=.d) $(LANE_OBJECTS:.o=.d) $(patsubst $(B)/tests/%.t,$(B)/obj/tests/%.d,$(C_TESTS))
+# The corpus of a fuzz target, put through it without a fuzzer.
+$(B)/tests/fuzz/%.t: $(B)/obj/tests/fuzz/%.o $(B)/obj/tests/fuzz/replay.o $(B)/libweft.a
+	@mkdir -p $(@D)
+	$(if $(V),,@echo '  LINK $@')
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS)
+
+-include $(OBJECTS:.o=.d) $(LANE_OBJECTS:.o=.d) $(patsubst $(B)/tests/%.t,$(B)/obj/tests/%.d,$(C_TESTS)) \
+         $(B)/obj/tests/fuzz/replay.d
 
 # --- tests -------------------------------------------------------------------------------------------------
 # Both modes, one prove run each. WEFT_BUILD tells the shell tests which programs to run.
@@ -139,6 +151,24 @@ test-one-mode: all $(C_TESTS)
 test-isa: $(B)/tests/isa/signature.t
 	-deploy/install-dependencies --isa $(B)/arm64
 	WEFT_BUILD=$(B) $(PROVE) --timer --verbose -e '' tests/isa/*.t
+
+# --- fuzzing -------------------------------------------------------------------------------------------------
+# Each target in turn for S seconds on a copy of its corpus, in $(B)/fuzz, where findings stay too (tests/fuzz/run).
+CLANG = clang
+S     = 60
+T     = $(FUZZ_TARGETS)
+
+fuzz:
+	@tests/fuzz/run --check $(CLANG)
+	$(MAKE) CC=$(CLANG) MODE=fuzz B=$(B)/fuzz T='$(T)' fuzz-targets
+	@tests/fuzz/run $(B)/fuzz $(S) $(T)
+
+fuzz-targets: $(T:%=$(B)/targets/%)
+
+$(B)/targets/%: $(B)/obj/tests/fuzz/%.o $(B)/libweft.a
+	@mkdir -p $(@D)
+	$(if $(V),,@echo '  LINK $@')
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS)
 
 # --- benchmarks ----------------------------------------------------------------------------------------------
 BENCHES = $(patsubst tests/bench/%.c,$(B)/bench/%,$(wildcard tests/bench/*.c))

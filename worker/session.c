@@ -117,9 +117,23 @@ struct session *session_create(const struct session_config *config, int64_t now_
     return s;
 }
 
+/* What is still to be done for the job is not done: a message before it may have met a lost connection. */
+static void drop_actions(struct session *s, uint32_t job)
+{
+    size_t kept = s->action_at;
+    for (size_t i = s->action_at; i < s->action_count; i++) {
+        const struct session_action *action = &s->actions[i];
+        bool dropped = (action->kind == SESSION_LOAD || action->kind == SESSION_START) && action->job == job;
+        if (!dropped)
+            s->actions[kept++] = *action;
+    }
+    s->action_count = kept;
+}
+
 static void forget_job(struct session *s, size_t index)
 {
     struct session_job *job = &s->jobs[index];
+    drop_actions(s, job->number);
     act(s, SESSION_FORGET)->job = job->number;
     for (size_t i = s->band_count; i-- > 0;) {
         if (s->bands[i].job != job->number)
@@ -406,7 +420,7 @@ static void take_band(struct session *s, const struct message *message, int64_t 
 static void take_rendered(struct session *s, const struct session_event *event)
 {
     struct held_band *band = find_band(s, event->lease);
-    if (!band) { /* revoked meanwhile */
+    if (!band || band->records.data) { /* revoked meanwhile, and perhaps given anew with the same lease */
         bytes_finish(event->records);
         return;
     }

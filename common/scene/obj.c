@@ -263,13 +263,23 @@ static void read_statements(struct obj_reader *obj)
 
 /* --- materials -------------------------------------------------------------------------------------------- */
 
-/* One file that a mtllib line names. */
+static bool library_is_read(const struct mtl *mtl, const char *name)
+{
+    for (size_t i = 0; i < mtl->library_count; i++)
+        if (strcmp(mtl->libraries[i], name) == 0)
+            return true;
+    return false;
+}
+
+/* One file that a mtllib line names. Each is read once: a short line, said often, would else cost much. */
 static enum status read_library_file(struct mtl *mtl, struct asset_set *assets, const char *from,
                                      const char *reference, struct error *error)
 {
     char name[ASSET_NAME_MAX + 1];
     enum status status = asset_name_join(name, from, reference, error);
-    return status == STATUS_OK ? mtl_read(mtl, assets, name, error) : status;
+    if (status != STATUS_OK || library_is_read(mtl, name))
+        return status;
+    return mtl_read(mtl, assets, name, error);
 }
 
 static bool library_exists(struct asset_set *assets, const char *from, const char *reference)

@@ -43,12 +43,17 @@ static enum status decode_entry(struct byte_reader *reader, size_t index, struct
     return STATUS_OK;
 }
 
-static enum status decode_entries(struct byte_reader *reader, struct manifest *manifest, struct error *error)
+/* Room is made as entries arrive, since a few bytes may claim many. */
+static enum status decode_entries(struct byte_reader *reader, size_t count, struct manifest *manifest,
+                                  struct error *error)
 {
-    for (size_t i = 0; i < manifest->count; i++) {
+    size_t capacity = 0;
+    for (size_t i = 0; i < count; i++) {
+        manifest->entries = memory_grow(manifest->entries, &capacity, i + 1, sizeof *manifest->entries);
         enum status status = decode_entry(reader, i, &manifest->entries[i], error);
         if (status != STATUS_OK)
             return status;
+        manifest->count = i + 1;
     }
     if (!byte_reader_done(reader))
         return error_set(error, STATUS_INPUT, "manifest: expected %zu bytes, found %zu", reader->at,
@@ -63,9 +68,7 @@ enum status manifest_decode(struct manifest *manifest, const void *data, size_t 
     if (count < 1 || count > MANIFEST_COUNT_MAX)
         return error_set(error, STATUS_INPUT, "manifest: expected 1 to %d entries, found %u",
                          MANIFEST_COUNT_MAX, count);
-    manifest->count = count;
-    manifest->entries = memory_array(count, sizeof *manifest->entries);
-    enum status status = decode_entries(&reader, manifest, error);
+    enum status status = decode_entries(&reader, count, manifest, error);
     if (status != STATUS_OK)
         manifest_finish(manifest);
     return status;

@@ -198,6 +198,27 @@ static void test_end_while_it_fetches(void **state)
 
 /* --- jobs ------------------------------------------------------------------------------------------------- */
 
+/* The connection is lost with a message that goes before the order to load another job. */
+static void test_lost_before_a_load(void **state)
+{
+    (void)state;
+    start_ready(false);
+    struct bytes text = {0};
+    bytes_put(&text, "no manifest", 12);
+    size_t broken = keep_file(&text);
+    receive(end_of(0), "FORGET 0");
+    receive(job(1, broken), "NEED c@0");
+    receive(job(2, 1), ""); /* its files are there already */
+    struct message chunk = asset(broken, 0);
+    chunk.epoch = EPOCH;
+    session_handle(session, &(struct session_event){.kind = SESSION_MESSAGE, .message = &chunk}, now_ms);
+    struct session_action action;
+    assert_true(session_take(session, &action) && action.kind == SESSION_SEND); /* FAILED 1 */
+    bytes_finish(&action.bytes);
+    session_send_failed(session, now_ms);
+    expect("FORGET 2, FORGET 1, RECONNECT"); /* and no LOAD 2 */
+}
+
 static void test_jobs_in_turn(void **state)
 {
     (void)state;
@@ -249,6 +270,18 @@ static void test_revoke(void **state)
     receive((struct message){.kind = MESSAGE_REVOKE, .revoke = {2}}, "CANCEL #2");
     receive((struct message){.kind = MESSAGE_REVOKE, .revoke = {99}}, "CANCEL #99");
     receive(band(0, 1, 0, 4), "START 0 #1 0+4"); /* its number is free again */
+}
+
+/* Under a lease that is given anew the band may come back twice. */
+static void test_lease_given_twice(void **state)
+{
+    (void)state;
+    start_ready(false);
+    receive(band(0, 1, 0, 1), "START 0 #1 0+1");
+    receive((struct message){.kind = MESSAGE_REVOKE, .revoke = {1}}, "CANCEL #1");
+    receive(band(0, 1, 0, 1), "START 0 #1 0+1");
+    rendered(1, 50, "RESULT 0 #1");
+    rendered(1, 50, "");
 }
 
 static void test_end(void **state)
@@ -344,9 +377,11 @@ int main(void)
         cmocka_unit_test_teardown(test_bad_manifest, finish),
         cmocka_unit_test_teardown(test_end_while_another_fetches, finish),
         cmocka_unit_test_teardown(test_end_while_it_fetches, finish),
+        cmocka_unit_test_teardown(test_lost_before_a_load, finish),
         cmocka_unit_test_teardown(test_jobs_in_turn, finish),
         cmocka_unit_test_teardown(test_result, finish),
         cmocka_unit_test_teardown(test_revoke, finish),
+        cmocka_unit_test_teardown(test_lease_given_twice, finish),
         cmocka_unit_test_teardown(test_end, finish),
         cmocka_unit_test_teardown(test_wrong_bands, finish),
         cmocka_unit_test_teardown(test_survey, finish),
