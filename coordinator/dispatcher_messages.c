@@ -157,6 +157,8 @@ void dispatcher_take_message(struct dispatcher *d, const struct wire_peer *from,
     struct message message;
     struct error error;
     d->now_ms = now_ms;
+    if (!from->may_work) /* there is nothing yet that one who may only look could ask for */
+        return;
     if (d->status != STATUS_OK && !d->ending)
         return;
     if (message_decode(&message, data, size, &error) != STATUS_OK) {

@@ -66,7 +66,7 @@ static enum status start(struct farm *farm, struct error *error)
     enum status status = wire_start(error);
     if (status != STATUS_OK)
         return status;
-    farm->server = wire_server_create(error);
+    farm->server = wire_server_create(farm->config.keys, error);
     if (!farm->server)
         return STATUS_FAILED;
     status = listen_everywhere(farm, error);

@@ -8,9 +8,11 @@
 #include "base/error.h"
 #include "coordinator/progress.h"
 #include "coordinator/render_job.h"
+#include "wire/keys.h"
 
 struct farm_config {
     const char *listen;       /* endpoint in full form for workers from elsewhere, or NULL */
+    struct coordinator_keys *keys; /* who may come over TCP (finished by farm_create), or NULL: everybody */
     int local_workers;        /* processes to start */
     int local_threads;        /* render threads of all of them together */
     const char *local_kernel; /* name to force, or NULL */

@@ -14,6 +14,7 @@ static const struct {
     {"render", command_render, "render scenes on local and remote workers"},
     {"check", command_check, "check a scene and print what it needs"},
     {"compare", command_compare, "say how far two images are apart"},
+    {"keygen", command_keygen, "make the keys of a farm on several machines"},
 };
 
 enum { COMMANDS = sizeof commands / sizeof *commands };

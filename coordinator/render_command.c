@@ -18,8 +18,8 @@
 #include "wire/socket.h"
 
 enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_ERROR, OPTION_MAX_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL,
-       OPTION_PROGRESS, OPTION_REPORT, OPTION_SAMPLE_MAP, OPTION_ERROR_MAP, OPTION_INSECURE, OPTION_NO_RESUME,
-       OPTION_HELP, OPTION_VERSION };
+       OPTION_PROGRESS, OPTION_REPORT, OPTION_SAMPLE_MAP, OPTION_ERROR_MAP, OPTION_KEYS, OPTION_INSECURE,
+       OPTION_NO_RESUME, OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
     {'o', "output", "OUT", "file (.png, .pfm), or with several scenes a folder"},
@@ -32,6 +32,7 @@ static const struct option_spec options[] = {
     {'w', "workers", "N", "local worker processes (default 1; 0: only remote ones)"},
     {'t', "threads", "N", "render threads of the local workers together (default: all cores)"},
     {'l', "listen", "ENDPOINT", "also take workers from elsewhere, e.g. tcp://127.0.0.1:7420"},
+    {OPTION_KEYS, "keys", "DIR", "only workers with a key of that folder may come over TCP; see weft keygen"},
     {OPTION_INSECURE, "insecure", NULL, "listen beyond this machine without keys"},
     {OPTION_BAND, "band", "ROWS", "rows handed out at a time (default: chosen)"},
     {OPTION_KERNEL, "kernel", "NAME", "force the local workers' kernel: ref, sse2, avx2, avx512, neon"},
@@ -48,7 +49,7 @@ static const struct option_spec options[] = {
 };
 
 struct arguments {
-    const char *output, *report, *kernel;
+    const char *output, *report, *kernel, *keys;
     struct render_choices choices;
     int64_t workers, threads, band;
     char listen[WIRE_ENDPOINT_BYTES]; /* "": no */
@@ -62,8 +63,8 @@ static void print_help(void)
          "Renders each scene into a picture. Starts local workers by itself; with --listen, workers on other machines\n"
          "join by `weft-worker ENDPOINT`. The bytes are the same whoever renders them.\n");
     options_help(stdout, options);
-    puts("\nExit status: 0 done; 1 the render failed; 2 wrong usage; 3 bad scene or asset; 4 output could not be\n"
-         "written; 5 out of memory or an internal failure; 130, 143 interrupted.");
+    puts("\nExit status: 0 done; 1 the render failed; 2 wrong usage; 3 bad scene, asset or key; 4 output could not\n"
+         "be written; 5 out of memory or an internal failure; 130, 143 interrupted.");
 }
 
 static enum status take_integer(const char *name, const char *text, int64_t min, int64_t max, uint32_t *value,
@@ -163,6 +164,9 @@ static enum status handle_option(void *context, int key, const char *argument, s
     case OPTION_PROGRESS:
         a->progress = argument;
         break;
+    case OPTION_KEYS:
+        a->keys = argument;
+        break;
     case OPTION_INSECURE:
         a->insecure = true;
         break;
@@ -206,10 +210,12 @@ static enum status check_arguments(const struct arguments *a, int scenes, struct
         return error_set(error, STATUS_USAGE, "--sample-map and --error-map: expected one scene, found %d", scenes);
     if (a->workers == 0 && !a->listen[0])
         return error_set(error, STATUS_USAGE, "--workers 0 needs --listen: otherwise nobody would render");
-    if (a->listen[0] && !a->insecure && !wire_endpoint_is_local(a->listen))
+    if (a->keys && a->insecure)
+        return error_set(error, STATUS_USAGE, "--keys and --insecure: expected one of them");
+    if (a->listen[0] && !a->keys && !a->insecure && !wire_endpoint_is_local(a->listen))
         return error_set(error, STATUS_USAGE,
-                         "--listen: %s can be reached from other machines, and anyone there could join; say "
-                         "--insecure if that is meant",
+                         "--listen: %s can be reached from other machines, and anyone there could join; say --keys DIR "
+                         "(weft keygen makes them), or --insecure if that is meant",
                          a->listen);
     return STATUS_OK;
 }
@@ -347,10 +353,12 @@ static enum status run(struct arguments *a, struct farm *farm, struct render_job
     return status;
 }
 
-static enum status render(struct arguments *a, char **scenes, size_t count, int *interrupted, struct error *error)
+static enum status render(struct arguments *a, struct coordinator_keys *keys, char **scenes, size_t count,
+                          int *interrupted, struct error *error)
 {
     struct farm_config config = {
         .listen = a->listen[0] ? a->listen : NULL,
+        .keys = keys,
         .local_workers = (int)a->workers,
         .local_threads = (int)a->threads,
         .local_kernel = a->kernel,
@@ -375,6 +383,17 @@ static enum status render(struct arguments *a, char **scenes, size_t count, int 
     return status;
 }
 
+static enum status render_with_keys(struct arguments *a, char **scenes, size_t count, int *interrupted,
+                                    struct error *error)
+{
+    struct coordinator_keys keys;
+    enum status status = coordinator_keys_read(&keys, a->keys, error);
+    if (status == STATUS_OK)
+        status = render(a, &keys, scenes, count, interrupted, error);
+    coordinator_keys_finish(&keys);
+    return status;
+}
+
 int command_render(int argc, char **argv)
 {
     struct arguments a = {.workers = 1, .threads = cpu_available(), .progress = "auto",
@@ -387,7 +406,10 @@ int command_render(int argc, char **argv)
     if (status == STATUS_OK) {
         signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the write that met the limit */
         log_start("weft", a.quiet ? LOG_WARNING : a.verbose ? LOG_DEBUG : LOG_INFO);
-        status = render(&a, argv + first, (size_t)(argc - first), &interrupted, &error);
+        char **scenes = argv + first;
+        size_t count = (size_t)(argc - first);
+        status = a.keys ? render_with_keys(&a, scenes, count, &interrupted, &error)
+                        : render(&a, NULL, scenes, count, &interrupted, &error);
     }
     if (interrupted) {
         log_error(a.choices.no_resume ? "interrupted; nothing was written of the unfinished picture"

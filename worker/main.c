@@ -16,7 +16,8 @@
 #include "worker/pool.h"
 #include "worker/session.h"
 
-enum { OPTION_KERNEL = 256, OPTION_ONCE, OPTION_WAIT, OPTION_TETHER, OPTION_HELP, OPTION_VERSION };
+enum { OPTION_KERNEL = 256, OPTION_ONCE, OPTION_WAIT, OPTION_KEYS, OPTION_INSECURE, OPTION_TETHER,
+       OPTION_HELP, OPTION_VERSION };
 
 enum { EXIT_INTERRUPTED = 130, EXIT_TERMINATED = 143 };
 
@@ -25,6 +26,8 @@ static const struct option_spec options[] = {
     {OPTION_KERNEL, "kernel", "NAME", "force a kernel: ref, sse2, avx2, avx512, neon"},
     {OPTION_ONCE, "once", NULL, "end with the coordinator's goodbye instead of waiting for the next one"},
     {OPTION_WAIT, "wait", "SECONDS", "give up when no coordinator answers for so long (default: never)"},
+    {OPTION_KEYS, "keys", "DIR", "over TCP join only the coordinator of that folder's keys, by the worker's own"},
+    {OPTION_INSECURE, "insecure", NULL, "join another machine's coordinator without keys"},
     {OPTION_TETHER, "tether", NULL, "end at once when standard input closes"},
     {'q', "quiet", NULL, "say only what is wrong"},
     {'v', "verbose", NULL, "say more"},
@@ -36,7 +39,8 @@ static const struct option_spec options[] = {
 struct settings {
     int threads;
     const struct kernel *kernel;
-    bool once, tether;
+    bool once, tether, insecure;
+    const char *keys; /* folder, or NULL */
     int64_t wait_ms;
     enum log_level level;
 };
@@ -91,6 +95,12 @@ static enum status handle_option(void *context, int key, const char *argument, s
         if (status == STATUS_OK)
             settings->wait_ms = number * 1000;
         break;
+    case OPTION_KEYS:
+        settings->keys = argument;
+        break;
+    case OPTION_INSECURE:
+        settings->insecure = true;
+        break;
     case OPTION_TETHER:
         settings->tether = true;
         break;
@@ -114,7 +124,7 @@ static enum status handle_option(void *context, int key, const char *argument, s
 
 static struct session_config describe(const struct settings *settings)
 {
-    struct session_config config = {.once = settings->once, .wait_ms = settings->wait_ms};
+    struct session_config config = {.once = settings->once, .keyed = settings->keys, .wait_ms = settings->wait_ms};
     config.hello.kind = MESSAGE_HELLO;
     config.hello.hello.core_revision = proof_revision();
     config.hello.hello.proof = proof_render(settings->kernel);
@@ -280,17 +290,42 @@ static void run(struct worker *w)
     }
 }
 
+static enum status check_security(const struct settings *settings, const char *endpoint, struct error *error)
+{
+    if (settings->keys && settings->insecure)
+        return error_set(error, STATUS_USAGE, "--keys and --insecure: expected one of them");
+    if (settings->keys || settings->insecure || wire_endpoint_is_local(endpoint))
+        return STATUS_OK;
+    return error_set(error, STATUS_USAGE,
+                     "%s is on another machine, and anyone on the way could pass for the coordinator; say --keys DIR "
+                     "(weft keygen makes them), or --insecure if that is meant", endpoint);
+}
+
+static enum status connect_client(struct worker *w, const char *endpoint, struct error *error)
+{
+    struct worker_keys keys;
+    enum status status = w->settings.keys ? worker_keys_read(&keys, w->settings.keys, error) : STATUS_OK;
+    if (status == STATUS_OK)
+        status = wire_start(error);
+    if (status == STATUS_OK) {
+        w->client = wire_client_create(endpoint, w->settings.keys ? &keys : NULL, error);
+        status = w->client ? STATUS_OK : STATUS_FAILED;
+    }
+    if (w->settings.keys)
+        worker_keys_finish(&keys);
+    return status;
+}
+
 static enum status start(struct worker *w, const char *endpoint_text, struct error *error)
 {
     char endpoint[WIRE_ENDPOINT_BYTES];
     enum status status = wire_endpoint_parse(endpoint_text, endpoint, error);
     if (status == STATUS_OK)
-        status = wire_start(error);
+        status = check_security(&w->settings, endpoint, error);
+    if (status == STATUS_OK)
+        status = connect_client(w, endpoint, error);
     if (status != STATUS_OK)
         return status;
-    w->client = wire_client_create(endpoint, error);
-    if (!w->client)
-        return STATUS_FAILED;
     w->pool = pool_create(w->settings.threads, w->settings.kernel, error);
     if (!w->pool)
         return STATUS_INTERNAL;

@@ -205,15 +205,21 @@ void session_send_failed(struct session *s, int64_t now_ms)
     }
 }
 
+/* What else can be the matter when no coordinator is heard. */
+static const char *doubt(const struct session *s)
+{
+    return s->config.keyed ? " (if there is one, its keys and this worker's may not match)" : "";
+}
+
 static void seek_on(struct session *s, int64_t now_ms)
 {
     if (s->config.wait_ms >= 0 && now_ms - s->seeking_since_ms >= s->config.wait_ms) {
-        say(s, "no coordinator answered within %lld s", (long long)(s->config.wait_ms / 1000));
+        say(s, "no coordinator answered within %lld s%s", (long long)(s->config.wait_ms / 1000), doubt(s));
         end(s, STATUS_FAILED);
         return;
     }
     if (now_ms >= s->say_ms) {
-        say(s, "waiting for a coordinator");
+        say(s, "waiting for a coordinator%s", doubt(s));
         s->say_ms = now_ms + SESSION_SAY_MS;
     }
     if (now_ms >= s->renew_ms) { /* a connection can be dead without ZeroMQ noticing */

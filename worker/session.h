@@ -21,6 +21,7 @@
 struct session_config {
     struct message hello;
     bool once;        /* end with the coordinator's goodbye or refusal */
+    bool keyed;       /* a coordinator that has other keys cannot be heard */
     int64_t wait_ms;  /* how long to seek before giving up; negative: for ever */
 };
 

@@ -8,25 +8,27 @@
 struct wire_client {
     char *endpoint;
     void *socket;
+    bool keyed;        /* it speaks CURVE */
     bool send_refused; /* since the last wait that told so */
 };
 
-static void *connect_socket(const char *endpoint, struct error *error)
+struct wire_client *wire_client_create(const char *endpoint, struct worker_keys *keys, struct error *error)
 {
+    bool keyed = keys && !wire_endpoint_is_ipc(endpoint);
     void *socket = wire_socket_open(WIRE_CLIENT, error);
-    if (socket && wire_socket_connect(socket, endpoint, error) != STATUS_OK)
+    enum status status = socket ? STATUS_OK : STATUS_FAILED;
+    if (status == STATUS_OK && keyed)
+        status = wire_curve_join(socket, &keys->secret, &keys->coordinator, error);
+    if (keys)
+        worker_keys_finish(keys);
+    if (status == STATUS_OK)
+        status = wire_socket_connect(socket, endpoint, error);
+    if (status != STATUS_OK) {
         wire_socket_close(&socket, true);
-    return socket;
-}
-
-struct wire_client *wire_client_create(const char *endpoint, struct error *error)
-{
-    void *socket = connect_socket(endpoint, error);
-    if (!socket)
         return NULL;
+    }
     struct wire_client *client = memory_array(1, sizeof *client);
-    client->endpoint = memory_string(endpoint);
-    client->socket = socket;
+    *client = (struct wire_client){.endpoint = memory_string(endpoint), .socket = socket, .keyed = keyed};
     return client;
 }
 
@@ -43,9 +45,16 @@ void wire_client_destroy(struct wire_client **client)
 /* A new socket rather than a new connection of the old one, whose queues would live on. */
 enum status wire_client_reconnect(struct wire_client *client, struct error *error)
 {
-    void *socket = connect_socket(client->endpoint, error);
-    if (!socket)
-        return STATUS_FAILED;
+    void *socket = wire_socket_open(WIRE_CLIENT, error);
+    enum status status = socket ? STATUS_OK : STATUS_FAILED;
+    if (status == STATUS_OK && client->keyed)
+        status = wire_curve_copy(socket, client->socket, error);
+    if (status == STATUS_OK)
+        status = wire_socket_connect(socket, client->endpoint, error);
+    if (status != STATUS_OK) {
+        wire_socket_close(&socket, true);
+        return status;
+    }
     wire_socket_close(&client->socket, false);
     client->socket = socket;
     return STATUS_OK;
@@ -62,14 +71,15 @@ bool wire_client_receive(struct wire_client *client, struct bytes *data)
 {
     size_t parts;
     do
-        parts = wire_socket_receive(client->socket, &data, 1);
+        parts = wire_socket_receive(client->socket, &data, 1, NULL);
     while (parts > 1);
     return parts == 1;
 }
 
 void wire_client_wait(struct wire_client *client, struct pollfd *fds, size_t count, int timeout_ms)
 {
-    short events = POLLIN | (client->send_refused ? POLLOUT : 0);
-    if (wire_socket_wait(client->socket, events, fds, count, timeout_ms) & POLLOUT)
+    struct wire_waiting waiting = {.socket = client->socket, .events = POLLIN | (client->send_refused ? POLLOUT : 0)};
+    wire_socket_wait(&waiting, 1, fds, count, timeout_ms);
+    if (waiting.revents & POLLOUT)
         client->send_refused = false;
 }

@@ -1,5 +1,6 @@
 #include "wire/socket.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,16 +9,23 @@
 #include <zmq.h>
 
 #include "base/memory.h"
+#include "wire/door.h"
 #include "wire/socket_private.h"
 
+/* A socket is either plain or takes only CURVE, so a server with keys has two. */
+enum { PLAIN, GUARDED, SOCKET_KINDS };
+
 struct wire_server {
-    void *socket;
+    void *sockets[SOCKET_KINDS];
+    size_t count;        /* of sockets; GUARDED is there only with keys */
+    size_t turn;         /* the socket to be heard first */
+    struct door *door;   /* NULL without keys */
     struct bytes sender; /* of the message being received */
 };
 
 bool wire_peer_equal(const struct wire_peer *a, const struct wire_peer *b)
 {
-    return a->size == b->size && memcmp(a->id, b->id, a->size) == 0;
+    return a->socket == b->socket && a->size == b->size && memcmp(a->id, b->id, a->size) == 0;
 }
 
 /* Each worker takes a descriptor, and the usual soft limit of 1024 would stop a large farm. Best effort. */
@@ -30,14 +38,38 @@ static void raise_descriptor_limit(void)
     setrlimit(RLIMIT_NOFILE, &limit);
 }
 
-struct wire_server *wire_server_create(struct error *error)
+static enum status open_socket(struct wire_server *server, struct error *error)
+{
+    server->sockets[server->count] = wire_socket_open(WIRE_SERVER, error);
+    if (!server->sockets[server->count])
+        return STATUS_FAILED;
+    server->count++;
+    return STATUS_OK;
+}
+
+/* The doorkeeper is there before anybody can knock: without one, ZeroMQ would let in every key. */
+static enum status open_guarded(struct wire_server *server, struct coordinator_keys *keys, struct error *error)
+{
+    enum status status = open_socket(server, error);
+    if (status == STATUS_OK)
+        status = wire_curve_serve(server->sockets[GUARDED], &keys->secret, error);
+    if (status != STATUS_OK)
+        return status;
+    server->door = door_create(server->sockets[GUARDED], &keys->workers, &keys->watchers, error);
+    return server->door ? STATUS_OK : STATUS_FAILED;
+}
+
+struct wire_server *wire_server_create(struct coordinator_keys *keys, struct error *error)
 {
     raise_descriptor_limit();
-    void *socket = wire_socket_open(WIRE_SERVER, error);
-    if (!socket)
-        return NULL;
     struct wire_server *server = memory_array(1, sizeof *server);
-    server->socket = socket;
+    enum status status = open_socket(server, error);
+    if (status == STATUS_OK && keys)
+        status = open_guarded(server, keys, error);
+    if (keys)
+        coordinator_keys_finish(keys);
+    if (status != STATUS_OK)
+        wire_server_destroy(&server);
     return server;
 }
 
@@ -45,7 +77,9 @@ void wire_server_destroy(struct wire_server **server)
 {
     if (!*server)
         return;
-    wire_socket_close(&(*server)->socket, true);
+    door_destroy(&(*server)->door);
+    for (size_t i = 0; i < (*server)->count; i++)
+        wire_socket_close(&(*server)->sockets[i], true);
     bytes_finish(&(*server)->sender);
     free(*server);
     *server = NULL;
@@ -77,39 +111,60 @@ static void write_bound(void *socket, const char *endpoint, char *bound)
 
 enum status wire_server_bind(struct wire_server *server, const char *endpoint, char *bound, struct error *error)
 {
+    void *socket = server->sockets[server->count > GUARDED && !wire_endpoint_is_ipc(endpoint) ? GUARDED : PLAIN];
     enum status status = check_ipc_path(endpoint, error);
     if (status == STATUS_OK)
-        status = wire_socket_bind(server->socket, endpoint, error);
+        status = wire_socket_bind(socket, endpoint, error);
     if (status == STATUS_OK && bound)
-        write_bound(server->socket, endpoint, bound);
+        write_bound(socket, endpoint, bound);
     return status;
 }
 
 bool wire_server_send(struct wire_server *server, const struct wire_peer *peer, const void *data, size_t size)
 {
-    return wire_socket_send(server->socket, peer->id, peer->size, true) &&
-           wire_socket_send(server->socket, data, size, false);
+    assert(peer->socket < server->count);
+    void *socket = server->sockets[peer->socket];
+    return wire_socket_send(socket, peer->id, peer->size, true) && wire_socket_send(socket, data, size, false);
 }
 
 /* Messages that are not one part from a sender whose name fits are dropped, a bounded number at a call so
  * that a flood of them cannot hold the caller. */
-bool wire_server_receive(struct wire_server *server, struct wire_peer *peer, struct bytes *data)
+static bool receive_from(struct wire_server *server, size_t at, struct wire_peer *peer, struct bytes *data)
 {
     enum { DROPPED_AT_ONCE = 100 };
+    char user[WIRE_USER_BYTES];
     for (int dropped = 0; dropped < DROPPED_AT_ONCE; dropped++) {
-        size_t parts = wire_socket_receive(server->socket, (struct bytes *[]){&server->sender, data}, 2);
+        size_t parts = wire_socket_receive(server->sockets[at], (struct bytes *[]){&server->sender, data}, 2, user);
         if (parts == 0)
             return false;
         if (parts != 2 || server->sender.size > sizeof peer->id)
             continue;
-        peer->size = (uint8_t)server->sender.size;
+        *peer = (struct wire_peer){.socket = (uint8_t)at, .size = (uint8_t)server->sender.size,
+                                   .may_work = at == PLAIN || strcmp(user, DOOR_WORKER) == 0};
         memcpy(peer->id, server->sender.data, server->sender.size);
         return true;
     }
     return false;
 }
 
+/* The sockets take turns, so that many messages at one do not silence the other. */
+bool wire_server_receive(struct wire_server *server, struct wire_peer *peer, struct bytes *data)
+{
+    for (size_t i = 0; i < server->count; i++) {
+        size_t at = server->turn;
+        server->turn = (server->turn + 1) % server->count;
+        if (receive_from(server, at, peer, data))
+            return true;
+    }
+    return false;
+}
+
 void wire_server_wait(struct wire_server *server, struct pollfd *fds, size_t count, int timeout_ms)
 {
-    wire_socket_wait(server->socket, POLLIN, fds, count, timeout_ms);
+    struct wire_waiting waiting[SOCKET_KINDS];
+    for (size_t i = 0; i < server->count; i++)
+        waiting[i] = (struct wire_waiting){.socket = server->sockets[i], .events = POLLIN};
+    wire_socket_wait(waiting, server->count, fds, count, timeout_ms);
+    if (server->door)
+        door_tell(server->door);
 }

@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <zmq.h>
@@ -98,6 +99,11 @@ static const struct socket_option client_over_ipc[] = {
     {ZMQ_RECONNECT_IVL_MAX, 100},
 };
 
+/* Without a limit: ZeroMQ would wait for room in it with a lock held that closing it takes. */
+static const struct socket_option monitor_socket[] = {
+    {ZMQ_RCVHWM, 0},
+};
+
 #define COUNT(array) (sizeof(array) / sizeof *(array))
 
 /* MAXMSGSIZE is the one option here that ZeroMQ takes as 64 bits. False if it refuses one. */
@@ -113,12 +119,21 @@ static bool set_options(void *socket, const struct socket_option *options, size_
     return true;
 }
 
+static const struct {
+    int type;
+    const struct socket_option *options;
+    size_t count;
+} roles[] = {
+    [WIRE_SERVER] = {ZMQ_ROUTER, server_socket, COUNT(server_socket)},
+    [WIRE_CLIENT] = {ZMQ_DEALER, client_socket, COUNT(client_socket)},
+    [WIRE_ANSWERER] = {ZMQ_REP, NULL, 0},
+    [WIRE_MONITOR] = {ZMQ_PAIR, monitor_socket, COUNT(monitor_socket)},
+};
+
 static bool set_role_options(void *socket, enum wire_role role)
 {
-    if (!set_options(socket, every_socket, COUNT(every_socket)))
-        return false;
-    return role == WIRE_SERVER ? set_options(socket, server_socket, COUNT(server_socket))
-                               : set_options(socket, client_socket, COUNT(client_socket));
+    return set_options(socket, every_socket, COUNT(every_socket)) &&
+           set_options(socket, roles[role].options, roles[role].count);
 }
 
 /* IPv6 only where an endpoint asks for it (a literal, or * for every interface): with it on, ZeroMQ takes
@@ -134,7 +149,7 @@ static bool set_ipv6(void *socket, const char *endpoint)
 void *wire_socket_open(enum wire_role role, struct error *error)
 {
     assert(context);
-    void *socket = zmq_socket(context, role == WIRE_SERVER ? ZMQ_ROUTER : ZMQ_DEALER);
+    void *socket = zmq_socket(context, roles[role].type);
     if (!socket) {
         error_set(error, STATUS_FAILED, "ZeroMQ cannot make a socket: %s", zmq_strerror(errno));
         return NULL;
@@ -206,7 +221,14 @@ static bool receive_part(void *socket, zmq_msg_t *part)
     return size >= 0;
 }
 
-size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max)
+/* The last part is asked: in version 4.3.4 the first, which ROUTER makes, can lack it. */
+static void read_user(zmq_msg_t *part, char user[WIRE_USER_BYTES])
+{
+    const char *name = zmq_msg_gets(part, "User-Id");
+    snprintf(user, WIRE_USER_BYTES, "%s", name ? name : "");
+}
+
+size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max, char user[WIRE_USER_BYTES])
 {
     size_t count = 0;
     bool more = true;
@@ -220,6 +242,8 @@ size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max
         }
         count += count <= max;
         more = zmq_msg_more(&part);
+        if (user && !more)
+            read_user(&part, user);
         zmq_msg_close(&part);
     }
     return count;
@@ -233,18 +257,22 @@ static short to_zmq_events(short events)
                    (events & POLLPRI ? ZMQ_POLLPRI : 0));
 }
 
-/* The socket itself is polled, never its ZMQ_FD: that one is edge-triggered and misses what is queued already.
+/* Sockets themselves are polled, never their ZMQ_FD: that one is edge-triggered and misses what is queued already.
  * ZeroMQ's poll reports hang-ups of an fd as mere errors, so poll(2) has the last word on the fds. */
-short wire_socket_wait(void *socket, short events, struct pollfd *fds, size_t count, int timeout_ms)
+void wire_socket_wait(struct wire_waiting *sockets, size_t socket_count, struct pollfd *fds, size_t count,
+                      int timeout_ms)
 {
-    zmq_pollitem_t *items = memory_array(count + 1, sizeof *items);
-    items[0] = (zmq_pollitem_t){.socket = socket, .events = to_zmq_events(events)};
+    zmq_pollitem_t *items = memory_array(socket_count + count, sizeof *items);
+    for (size_t i = 0; i < socket_count; i++)
+        items[i] = (zmq_pollitem_t){.socket = sockets[i].socket, .events = to_zmq_events(sockets[i].events)};
     for (size_t i = 0; i < count; i++)
-        items[i + 1] = (zmq_pollitem_t){.fd = fds[i].fd, .events = to_zmq_events(fds[i].events)};
-    int ready = zmq_poll(items, (int)count + 1, timeout_ms);
-    short revents = ready > 0 ? items[0].revents : 0;
+        items[socket_count + i] = (zmq_pollitem_t){.fd = fds[i].fd, .events = to_zmq_events(fds[i].events)};
+    int ready = zmq_poll(items, (int)(socket_count + count), timeout_ms);
+    for (size_t i = 0; i < socket_count; i++) {
+        short revents = ready > 0 ? items[i].revents : 0;
+        sockets[i].revents = (short)((revents & ZMQ_POLLIN ? POLLIN : 0) | (revents & ZMQ_POLLOUT ? POLLOUT : 0));
+    }
     free(items);
     if (count)
         poll(fds, count, 0);
-    return (short)((revents & ZMQ_POLLIN ? POLLIN : 0) | (revents & ZMQ_POLLOUT ? POLLOUT : 0));
 }

@@ -14,6 +14,7 @@
 
 #include "base/bytes.h"
 #include "base/error.h"
+#include "wire/keys.h"
 
 /* Makes the process's context; wire_stop ends it, waiting at most two seconds for what is still to be sent. */
 enum status wire_start(struct error *error);
@@ -33,17 +34,23 @@ bool wire_endpoint_is_local(const char *endpoint);
 
 struct wire_server;
 
-/* A connection as the server knows it; valid until it breaks. Compare with wire_peer_equal. */
+/* A connection as the server knows it; valid until it breaks. Compare with wire_peer_equal. Who may not work may only
+ * look: nothing else that it sends may be heeded. */
 enum { WIRE_PEER_BYTES = 16 };
 struct wire_peer {
+    bool may_work;
+    uint8_t socket; /* the server's own */
     uint8_t size;
     uint8_t id[WIRE_PEER_BYTES];
 };
 
 bool wire_peer_equal(const struct wire_peer *a, const struct wire_peer *b);
 
-/* NULL with *error filled if ZeroMQ refuses. */
-struct wire_server *wire_server_create(struct error *error);
+/* With keys, only who has one of the keys on its lists can speak over TCP, encrypted (CURVE); ipc stays plain, because
+ * there the file system says who may enter. Without keys (NULL) everything is plain, and everybody may work. Finishes
+ * *keys in any case: ZeroMQ alone has the secret then. At most one server with keys from wire_start to wire_stop. NULL
+ * with *error filled if ZeroMQ refuses. */
+struct wire_server *wire_server_create(struct coordinator_keys *keys, struct error *error);
 
 /* Accepts NULL in *server. Drops what is not yet sent, so a GOODBYE just sent is mostly lost; and ZeroMQ drops
  * what a client has not yet read when its connection ends. A server that wants to be heard stays until its
@@ -65,17 +72,19 @@ bool wire_server_send(struct wire_server *server, const struct wire_peer *peer, 
 bool wire_server_receive(struct wire_server *server, struct wire_peer *peer, struct bytes *data);
 
 /* Waits until a message can be received, one of fds[count] is ready (their revents are set), or timeout_ms
- * have passed (−1: for ever). Returns early on a signal. */
+ * have passed (−1: for ever). Returns early on a signal. With keys, logs who has been refused meanwhile; of many
+ * refusals only some (refusals.h). */
 void wire_server_wait(struct wire_server *server, struct pollfd *fds, size_t count, int timeout_ms);
 
 /* --- client ----------------------------------------------------------------------------------------------- */
 
 struct wire_client;
 
-/* Connects (in the background, again and again) to the endpoint. ZeroMQ tries no more after the server sent a
- * message over the limit, and does not mind a connection that stays silent: a caller that hears nothing for
- * some seconds calls wire_client_reconnect. */
-struct wire_client *wire_client_create(const char *endpoint, struct error *error);
+/* Connects (in the background, again and again) to the endpoint; with keys (not NULL) over TCP only to the coordinator
+ * that they name, encrypted. One that refuses looks as one that is not there. Finishes *keys in any case: ZeroMQ
+ * alone has the secret then. ZeroMQ tries no more after the server sent a message over the limit, and does not mind a
+ * connection that stays silent: a caller that hears nothing for some seconds calls wire_client_reconnect. */
+struct wire_client *wire_client_create(const char *endpoint, struct worker_keys *keys, struct error *error);
 
 /* Accepts NULL in *client. What is still to be sent keeps being sent until wire_stop. */
 void wire_client_destroy(struct wire_client **client);

@@ -10,8 +10,10 @@
 
 #include "base/bytes.h"
 #include "base/error.h"
+#include "wire/key_file.h"
 
-enum wire_role { WIRE_SERVER, WIRE_CLIENT };
+/* An answerer takes requests from ZeroMQ itself, a monitor hears its news of another socket. */
+enum wire_role { WIRE_SERVER, WIRE_CLIENT, WIRE_ANSWERER, WIRE_MONITOR };
 
 /* A socket of the process's context with the role's options set. NULL with *error filled. */
 void *wire_socket_open(enum wire_role role, struct error *error);
@@ -29,14 +31,34 @@ enum status wire_socket_connect(void *socket, const char *endpoint, struct error
 bool wire_socket_send(void *socket, const void *data, size_t size, bool more);
 
 /* Takes one waiting message, never blocking, and puts its first `max` parts into parts[max], replacing what
- * they held. Returns how many parts it had (counted to max + 1 at most), 0 if no message waits. */
-size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max);
+ * they held. Returns how many parts it had (counted to max + 1 at most), 0 if no message waits. Writes the name under
+ * which the doorkeeper let the sender in (door.h) to user unless NULL: "" over a plain socket. */
+enum { WIRE_USER_BYTES = 16 };
+size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max, char user[WIRE_USER_BYTES]);
 
-/* Waits until the socket is ready for one of `events` (POLLIN, POLLOUT), one of fds[count] is ready,
- * timeout_ms have passed (-1: for ever) or a signal came. Sets the fds' revents as poll(2) does. Returns
- * the socket's ready events. */
-short wire_socket_wait(void *socket, short events, struct pollfd *fds, size_t count, int timeout_ms);
+/* As struct pollfd: a socket, what to wait for (POLLIN, POLLOUT), and what of it is ready. */
+struct wire_waiting {
+    void *socket;
+    short events, revents;
+};
+
+/* Waits until one of sockets[socket_count] or of fds[count] is ready, timeout_ms have passed (-1: for ever) or a signal
+ * came. Sets the revents of all as poll(2) does. */
+void wire_socket_wait(struct wire_waiting *sockets, size_t socket_count, struct pollfd *fds, size_t count,
+                      int timeout_ms);
 
 bool wire_endpoint_is_ipc(const char *endpoint);
+
+/* --- CURVE (curve.c) -------------------------------------------------------------------------------------- */
+
+/* Makes a server's socket, not yet bound, take only clients that know its public key and that the doorkeeper (door.h)
+ * admits. */
+enum status wire_curve_serve(void *socket, const struct key *secret, struct error *error);
+
+/* Makes a client's socket, not yet connected, speak only with the holder of the server key's secret. */
+enum status wire_curve_join(void *socket, const struct key *secret, const struct key *server, struct error *error);
+
+/* Gives a client's socket the keys of another one. */
+enum status wire_curve_copy(void *socket, void *from, struct error *error);
 
 #endif

@@ -77,12 +77,19 @@ for number in 9 1001 many; do
 done
 wrong 'd.pfm: expected an output that ends with .png' "$weft" compare -o d.pfm one.png two.png
 
+wrong 'expected one folder, found 0' "$weft" keygen
+wrong 'expected one folder, found 2' "$weft" keygen keys more
+wrong '--nosuch: unknown' "$weft" keygen --nosuch keys
+wrong 'worker "../loom": expected a name' "$weft" keygen --worker ../loom keys
+wrong '--keys and --insecure: expected one of them' "$weft" render --keys keys --insecure "$first"
+
 wrong 'expected one endpoint, found 0' "$worker"
 wrong 'expected one endpoint, found 2' "$worker" 127.0.0.1 127.0.0.2
 wrong '--threads: expected a whole number from 1 to 1024' "$worker" --threads 0 127.0.0.1
 wrong '--wait: expected a whole number from 1' "$worker" --wait -1 127.0.0.1
 wrong '--kernel: expected a kernel .*found "nosuch"' "$worker" --kernel nosuch 127.0.0.1
 wrong 'unknown option -Z' "$worker" -Z 127.0.0.1
+wrong '--keys and --insecure: expected one of them' "$worker" --keys keys --insecure 127.0.0.1
 
 # --- endpoints ------------------------------------------------------------------------------------------------
 for endpoint in '' tcp:// tcp://127.0.0.1:0 127.0.0.1:65536 127.0.0.1:port tcp://:7420 'tcp://[::1' ipc:// udp://127.0.0.1:7420; do
@@ -90,8 +97,12 @@ for endpoint in '' tcp:// tcp://127.0.0.1:0 127.0.0.1:65536 127.0.0.1:port tcp:/
     wrong "endpoint \"${endpoint//[/\\[}\": expected" "$worker" "$endpoint"
 done
 for endpoint in tcp://0.0.0.0:7420 'tcp://*:7420' '*' 0.0.0.0:7420 192.0.2.1 'tcp://[::]:7420'; do
-    wrong '--listen: .*can be reached from other machines' "$weft" render --listen "$endpoint" "$first"
+    wrong '--listen: .*can be reached from other machines.*--keys DIR.*--insecure' "$weft" render --listen "$endpoint" "$first"
 done
+for endpoint in tcp://192.0.2.1:7420 192.0.2.1 '[2001:db8::1]' render.example:7420; do
+    wrong '.* is on another machine.*--keys DIR.*--insecure' "$worker" "$endpoint"
+done
+exits 1 "with --insecure a worker tries to join another machine's" "$worker" --insecure --wait 1 192.0.2.1
 exits 0 "with --insecure every interface may be listened on" \
     "$weft" render --listen 'tcp://0.0.0.0:*' --insecure --size 8x8 --samples 1 "$first" -o any.png
 like "which is told" "$err" 'listening on tcp://0\.0\.0\.0:[0-9]+'
@@ -125,7 +136,7 @@ for option in $(sed -n '/option_spec options/,/^};/s/^    {[^"]*"\([a-z-]*\)".*/
 done
 exits 2 "weft without a command is wrong usage" "$weft"
 like "and shows the help" "$err" '^usage: weft COMMAND'
-for program in "$weft" "$weft render" "$weft check" "$weft compare" "$worker"; do
+for program in "$weft" "$weft render" "$weft check" "$weft compare" "$weft keygen" "$worker"; do
     # shellcheck disable=SC2086 # program and command
     exits 0 "${program##*/} --version" $program --version
     like "prints it" "$out" '^weft(-worker)? [0-9]+\.[0-9]+\.[0-9]+$'

@@ -48,6 +48,19 @@ static void test_waiting_ends(void **state)
     tick(100000, ""); /* over is over */
 }
 
+/* A coordinator that refuses a key, or has another, cannot be told from one that is not there. */
+static void test_waiting_with_keys(void **state)
+{
+    (void)state;
+    start_with((struct session_config){.keyed = true, .wait_ms = 6000});
+    tick(0, "HELLO");
+    tick(SESSION_SILENCE_MS, "RECONNECT, HELLO");
+    assert_string_equal(said, "waiting for a coordinator (if there is one, its keys and this worker's may not match)");
+    tick(1000, "EXIT 1");
+    assert_string_equal(said, "no coordinator answered within 6 s (if there is one, its keys and this worker's may not "
+                              "match)");
+}
+
 /* The wait counts anew from when a coordinator was lost. */
 static void test_waiting_begins_anew(void **state)
 {
@@ -266,6 +279,7 @@ int main(void)
         cmocka_unit_test_teardown(test_hello_again, finish),
         cmocka_unit_test_teardown(test_hello_without_connection, finish),
         cmocka_unit_test_teardown(test_waiting_ends, finish),
+        cmocka_unit_test_teardown(test_waiting_with_keys, finish),
         cmocka_unit_test_teardown(test_waiting_begins_anew, finish),
         cmocka_unit_test_teardown(test_refusal, finish),
         cmocka_unit_test_teardown(test_beats, finish),

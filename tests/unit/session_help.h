@@ -250,9 +250,8 @@ static inline void rendered(uint64_t lease, size_t size, const char *expected)
 
 /* --- beginnings ------------------------------------------------------------------------------------------- */
 
-static inline void start(bool once, int64_t wait_ms)
+static inline void start_with(struct session_config config)
 {
-    struct session_config config = {.once = once, .wait_ms = wait_ms};
     config.hello = (struct message){.kind = MESSAGE_HELLO,
                                     .hello = {.host = "host", .kernel = "ref", .pid = 5, .threads = 2, .credit = 4}};
     session_destroy(&session);
@@ -260,6 +259,11 @@ static inline void start(bool once, int64_t wait_ms)
     beats = 0;
     said[0] = '\0';
     session = session_create(&config, now_ms);
+}
+
+static inline void start(bool once, int64_t wait_ms)
+{
+    start_with((struct session_config){.once = once, .wait_ms = wait_ms});
 }
 
 static inline void start_joined(bool once)

@@ -30,15 +30,20 @@ enum { OPEN_MAX = 2000 };
 static struct wire_server *servers[OPEN_MAX];
 static struct wire_client *clients[OPEN_MAX];
 
-static inline struct wire_server *open_server(void)
+static inline struct wire_server *open_server_with(struct coordinator_keys *keys)
 {
     int i = 0;
     while (servers[i])
         i++;
-    servers[i] = wire_server_create(&error);
+    servers[i] = wire_server_create(keys, &error);
     if (!servers[i])
         fail_msg("%s", error.text);
     return servers[i];
+}
+
+static inline struct wire_server *open_server(void)
+{
+    return open_server_with(NULL);
 }
 
 static inline void close_server(struct wire_server *server)
@@ -50,15 +55,20 @@ static inline void close_server(struct wire_server *server)
     assert_null(servers[i]);
 }
 
-static inline struct wire_client *join(const char *endpoint)
+static inline struct wire_client *join_with(const char *endpoint, struct worker_keys *keys)
 {
     int i = 0;
     while (clients[i])
         i++;
-    clients[i] = wire_client_create(endpoint, &error);
+    clients[i] = wire_client_create(endpoint, keys, &error);
     if (!clients[i])
         fail_msg("%s", error.text);
     return clients[i];
+}
+
+static inline struct wire_client *join(const char *endpoint)
+{
+    return join_with(endpoint, NULL);
 }
 
 static inline void leave(struct wire_client *client)

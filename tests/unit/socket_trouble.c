@@ -166,9 +166,9 @@ static void test_bind_errors(void **state)
     assert_bind_fails(server, endpoint, "No such file");
     snprintf(endpoint, sizeof endpoint, "ipc://%s/%0107d", folder, 0);
     assert_bind_fails(server, endpoint, "longer than 107 bytes");
-    assert_null(wire_client_create(endpoint, &error));
+    assert_null(wire_client_create(endpoint, NULL, &error));
     assert_non_null(strstr(error.text, "longer than 107 bytes"));
-    assert_null(wire_client_create("tcp://*:7420", &error));
+    assert_null(wire_client_create("tcp://*:7420", NULL, &error));
     assert_non_null(strstr(error.text, "cannot connect to tcp://*:7420"));
     assert_int_equal(wire_server_bind(server, "tcp://127.0.0.1:*", bound, &error), STATUS_OK);
     struct wire_client *client = join_and_greet(server, bound, &peer); /* the failures left it usable */
