@@ -29,6 +29,7 @@ void dispatcher_destroy(struct dispatcher **pointer)
     free(d->worker_views);
     free(d->peers);
     free(d->done);
+    free(d->expelled);
     free(d->jobs);
     free(d);
     *pointer = NULL;
@@ -72,10 +73,18 @@ void dispatcher_lose_process(struct dispatcher *d, uint32_t pid, int64_t now_ms)
 {
     d->now_ms = now_ms;
     for (size_t i = 0; i < d->peer_count; i++)
-        if (!d->peers[i].gone && d->peers[i].pid == pid) {
+        if (!d->peers[i].gone && peer_is_same_process(&d->peers[i], d->config.host, pid)) {
             dispatcher_lose_peer(d, &d->peers[i], true);
             return;
         }
+}
+
+bool dispatcher_take_expelled(struct dispatcher *d, uint32_t *pid)
+{
+    if (d->expelled_count == 0)
+        return false;
+    *pid = d->expelled[--d->expelled_count];
+    return true;
 }
 
 /* --- the end ---------------------------------------------------------------------------------------------- */

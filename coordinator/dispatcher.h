@@ -22,6 +22,7 @@ typedef bool dispatcher_send(void *context, const struct wire_peer *to, const vo
 
 struct dispatcher_config {
     uint32_t band_rows;                 /* 0: automatic */
+    const char *host;                   /* of this machine, as its workers name it; borrowed */
     struct digest core_revision, proof; /* what a worker must match */
     dispatcher_send *send;
     void *context; /* of send; borrowed */
@@ -48,6 +49,9 @@ int64_t dispatcher_deadline(const struct dispatcher *dispatcher);
 
 /* A process of this machine has died, which may have been a worker. */
 void dispatcher_lose_process(struct dispatcher *dispatcher, uint32_t pid, int64_t now_ms);
+
+/* A worker process of this machine from which nothing more is expected, though it has not died; false: there is none. */
+bool dispatcher_take_expelled(struct dispatcher *dispatcher, uint32_t *pid);
 
 /* Gives up all jobs that are open, and says why. */
 void dispatcher_give_up(struct dispatcher *dispatcher, enum status status, const struct error *error, int64_t now_ms);

@@ -1,6 +1,8 @@
 /* What the scheduler decides, carried out. */
+#include <assert.h>
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/log.h"
 #include "base/memory.h"
@@ -29,6 +31,7 @@ void dispatcher_lose_peer(struct dispatcher *d, struct peer *peer, bool by_fault
     if (peer->gone)
         return;
     peer->gone = true;
+    peer->failed |= by_fault && peer->bands_done == 0; /* a link may break now and then, and be good otherwise */
     peer_finish(peer);
     if (by_fault)
         log_warning("worker %u (%s, process %u) is lost", peer->number, peer->host, peer->pid);
@@ -119,22 +122,33 @@ static void complete_job(struct dispatcher *d, const struct action *action)
 
 static void give_up(struct dispatcher *d, const struct action *action)
 {
+    static_assert(SCHEDULER_LOSSES_MAX == 3, "the sentence names three");
     struct render_job *job = d->jobs[action->job];
+    const struct peer *lost[SCHEDULER_LOSSES_MAX];
     struct error error;
-    error_set(&error, STATUS_FAILED, "%s: rows %u to %u%s cost %d workers their lives; giving up", job->scene_path,
+    for (int i = 0; i < SCHEDULER_LOSSES_MAX; i++)
+        lost[i] = peer_numbered(d, action->lost_by[i]);
+    error_set(&error, STATUS_FAILED,
+              "%s: rows %u to %u%s cost workers %u (%s), %u (%s) and %u (%s) their lives; giving up", job->scene_path,
               action->first_row, action->first_row + action->rows - 1,
-              action->pass == PASS_SURVEY ? " of the survey" : "", SCHEDULER_LOSSES_MAX);
+              action->pass == PASS_SURVEY ? " of the survey" : "", lost[0]->number, lost[0]->host, lost[1]->number,
+              lost[1]->host, lost[2]->number, lost[2]->host);
     fail_job(d, job, STATUS_FAILED, &error);
 }
 
 static void expel(struct dispatcher *d, const struct action *action)
 {
     struct peer *peer = peer_numbered(d, action->worker);
-    log_warning("worker %u (%s, process %u) has been silent too long; its bands go to others", peer->number, peer->host,
-                peer->pid);
+    log_warning("worker %u (%s, process %u) %s; its bands go to others", peer->number, peer->host, peer->pid,
+                action->stuck ? "has not got on for too long" : "has been silent too long");
     dispatcher_send_to(d, &peer->address, &(struct message){.kind = MESSAGE_GOODBYE, .epoch = peer->epoch});
     peer->gone = true;
+    peer->failed |= action->stuck || peer->bands_done == 0;
     peer_finish(peer);
+    if (strcmp(peer->host, d->config.host) != 0)
+        return;
+    d->expelled = memory_grow(d->expelled, &d->expelled_capacity, d->expelled_count + 1, sizeof *d->expelled);
+    d->expelled[d->expelled_count++] = peer->pid;
 }
 
 static void carry_out(struct dispatcher *d, const struct action *action, const uint8_t *result)

@@ -10,6 +10,8 @@
 #include "base/memory.h"
 #include "coordinator/dispatcher_private.h"
 
+enum { FAILURES_MAX = 3 }; /* a worker that fails so often is left out */
+
 /* --- joining ---------------------------------------------------------------------------------------------- */
 
 static void refuse(struct dispatcher *d, const struct wire_peer *address, const struct message *hello, const char *reason)
@@ -41,6 +43,14 @@ static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *addre
     return peer;
 }
 
+static size_t failures_of(const struct dispatcher *d, const struct message *hello)
+{
+    size_t failures = 0;
+    for (size_t i = 0; i < d->peer_count; i++)
+        failures += d->peers[i].failed && peer_is_same_process(&d->peers[i], hello->hello.host, hello->hello.pid);
+    return failures;
+}
+
 static void take_hello(struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
 {
     struct peer *known = find_peer(d, address);
@@ -54,6 +64,10 @@ static void take_hello(struct dispatcher *d, const struct wire_peer *address, co
     }
     if (!digest_equal(&hello->hello.proof, &d->config.proof)) {
         refuse(d, address, hello, "it computes other bytes than the coordinator (its proof picture differs)");
+        return;
+    }
+    if (failures_of(d, hello) >= FAILURES_MAX) {
+        refuse(d, address, hello, "it has failed too often in this render");
         return;
     }
     struct peer *peer = add_peer(d, address, hello);
@@ -84,6 +98,7 @@ static void take_need(struct dispatcher *d, struct peer *peer, const struct mess
 
 static void take_failure(struct dispatcher *d, struct peer *peer, const struct message *message)
 {
+    peer->failed = true;
     log_warning("worker %u (%s) cannot work on job %" PRIu32 ": %s", peer->number, peer->host, message->failed.job,
                 message->failed.reason);
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_GOODBYE});
@@ -102,6 +117,7 @@ static void take_result(struct dispatcher *d, struct peer *peer, const struct me
     struct bytes result = {0};
     bool fits, whole = peer_take_chunk(peer, message, total, &result, &fits);
     if (!fits) {
+        peer->failed = true;
         log_warning("worker %u (%s) sent a result that does not fit its band", peer->number, peer->host);
         dispatcher_lose_peer(d, peer, true);
     }
@@ -135,7 +151,8 @@ static void take_peer_message(struct dispatcher *d, struct peer *peer, const str
         break;
     case MESSAGE_BEAT:
         peer_take_beat(peer, message->beat.rays, d->now_ms);
-        dispatcher_tell(d, &(struct event){.kind = EVENT_BEAT, .worker = peer->number}, NULL);
+        dispatcher_tell(d, &(struct event){.kind = EVENT_BEAT, .worker = peer->number,
+                                           .progress = message->beat.progress}, NULL);
         break;
     case MESSAGE_DRAIN:
         peer->draining = true;

@@ -14,6 +14,8 @@ struct dispatcher {
     size_t job_count, job_capacity;
     struct render_job **done; /* in the order of completion; told up to done_at */
     size_t done_at, done_count, done_capacity;
+    uint32_t *expelled; /* processes of this machine, yet to be taken */
+    size_t expelled_count, expelled_capacity;
     struct peer *peers; /* all that ever joined */
     size_t peer_count, peer_capacity;
     int64_t started_ms, beat_ms;

@@ -23,6 +23,7 @@ struct farm {
     struct wire_server *server;
     char private_endpoint[WIRE_ENDPOINT_BYTES];
     struct local_workers local;
+    char host[MESSAGE_HOST_BYTES];
     int signals; /* descriptor */
     struct dispatcher *dispatcher;
 };
@@ -63,6 +64,7 @@ static enum status listen_everywhere(struct farm *farm, struct error *error)
 static enum status start(struct farm *farm, struct error *error)
 {
     farm->signals = block_signals();
+    wire_host_name(farm->host, sizeof farm->host);
     enum status status = wire_start(error);
     if (status != STATUS_OK)
         return status;
@@ -86,6 +88,7 @@ static struct dispatcher *make_dispatcher(const struct farm *farm)
 {
     const struct dispatcher_config config = {
         .band_rows = farm->config.band_rows,
+        .host = farm->host,
         .core_revision = proof_revision(),
         .proof = proof_render(kernel_default()),
         .send = send_by_server,
@@ -138,6 +141,14 @@ static void take_dead_children(struct farm *farm)
         if (!local_workers_restart(&farm->local, pid, &error) && error.text[0])
             log_warning("%s", error.text);
     }
+}
+
+/* A local worker that hangs makes room for a new one. */
+static void kill_expelled(struct farm *farm)
+{
+    uint32_t pid;
+    while (dispatcher_take_expelled(farm->dispatcher, &pid))
+        local_workers_kill(&farm->local, (pid_t)pid);
 }
 
 /* Returns the number of a signal that ends the render, or 0. */
@@ -211,6 +222,7 @@ enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int 
             break;
         take_messages(farm);
         dispatcher_tick(farm->dispatcher, clock_now_ms());
+        kill_expelled(farm);
         check_hope(farm);
         tell_done(farm, done, context);
         show(farm, false);

@@ -123,6 +123,12 @@ bool local_workers_restart(struct local_workers *local, pid_t pid, struct error 
     return spawn(local, worker, error) == STATUS_OK;
 }
 
+void local_workers_kill(struct local_workers *local, pid_t pid)
+{
+    if (pid > 0 && find(local, pid))
+        kill(pid, SIGKILL);
+}
+
 int local_workers_running(const struct local_workers *local)
 {
     int running = 0;

@@ -41,6 +41,9 @@ pid_t local_workers_reap(struct local_workers *local, int *how);
 /* Starts the worker that had this pid again, unless it has been LOCAL_RESTARTS_MAX times. */
 bool local_workers_restart(struct local_workers *local, pid_t pid, struct error *error);
 
+/* Ends the worker with this pid at once, if there is one: it is then to be reaped like one that died. */
+void local_workers_kill(struct local_workers *local, pid_t pid);
+
 /* How many are running. */
 int local_workers_running(const struct local_workers *local);
 

@@ -1,6 +1,7 @@
 #include "coordinator/peer.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 
@@ -13,6 +14,11 @@ void peer_finish(struct peer *peer)
     free(peer->incoming);
     peer->incoming = NULL;
     peer->incoming_count = peer->incoming_capacity = 0;
+}
+
+bool peer_is_same_process(const struct peer *peer, const char *host, uint32_t pid)
+{
+    return peer->pid == pid && strcmp(peer->host, host) == 0;
 }
 
 static struct incoming *find_incoming(struct peer *peer, uint64_t lease)

@@ -25,7 +25,8 @@ struct peer {
     char host[MESSAGE_HOST_BYTES];
     char kernel[MESSAGE_KERNEL_BYTES];
     uint32_t pid, threads;
-    bool gone;      /* kept for the record */
+    bool gone;      /* kept for the record, */
+    bool failed;    /* and that it was of no use */
     bool draining;
     struct incoming *incoming;
     size_t incoming_count, incoming_capacity;
@@ -40,6 +41,9 @@ struct peer {
     uint64_t rate_from_rays;
     double rays_per_second;
 };
+
+/* Whether they are the same process of the same machine, as far as they say. */
+bool peer_is_same_process(const struct peer *a, const char *host, uint32_t pid);
 
 /* Frees what the peer holds. */
 void peer_finish(struct peer *peer);

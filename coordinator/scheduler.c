@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "coordinator/pace.h"
 
 enum {
     JOBS_AHEAD = 2,       /* unfinished jobs that workers are told of: the one in work and the one to come */
@@ -11,6 +12,7 @@ enum {
     BANDS_A_THREAD = 2,   /* into how many bands a thread's share of the remaining rows is cut */
     BACKUP_PATIENCE = 2,  /* a band out for so many times the mean, and a little, is a straggler */
     BACKUP_LEAST_MS = 100,
+    BACKUP_GAIN_MS = 20,    /* a copy that is likely to be sooner by no more than that does not pay */
     BACKUP_BLIND_MS = 2000, /* patience as long as nothing was answered that a band could be compared with */
 };
 
@@ -20,8 +22,10 @@ struct band {
     uint32_t first_row, rows;
     enum band_state state;
     uint32_t holders;   /* leases on it */
-    uint32_t losses;    /* leases that ended with their worker's loss */
-    int64_t granted_ms; /* its first lease since it last waited */
+    uint32_t losses;    /* leases that ended with their worker's loss, */
+    uint32_t lost_by[SCHEDULER_LOSSES_MAX]; /* and whose */
+    int64_t granted_ms; /* its first lease since it last waited, */
+    uint32_t worker;    /* and who has it */
 };
 
 struct job {
@@ -40,6 +44,7 @@ struct job {
     int64_t answered_ms; /* sum over accepted bands of the time that the worker needed which answered; what others
                           * wasted on them must not lengthen the patience */
     uint32_t answered;
+    int64_t answered_rows;
 };
 
 struct lease {
@@ -54,6 +59,7 @@ struct worker {
     uint32_t number, threads, credit;
     bool draining;
     int64_t heard_ms;
+    struct pace pace;
     struct lease *leases;
     size_t lease_count, lease_capacity;
     uint8_t *readiness; /* of each job */
@@ -205,30 +211,47 @@ static bool has_waiting(const struct job *job)
     return !job->over && (job->waiting_at < job->waiting_count || job->next_row < rows_of(job));
 }
 
+/* A share of `rows` for a worker that is slower than the mean, so that its bands take as long as those of others; few
+ * rows as long as nobody knows. */
+static uint64_t rows_for(const struct scheduler *s, uint32_t job_number, const struct worker *w, uint64_t rows)
+{
+    const struct job *job = &s->jobs[job_number];
+    enum { PARTS = 64 }; /* of a millisecond */
+    int64_t own = pace_leased_ms(&w->pace, job_number, job->pass, PARTS * rows);
+    if (own < 0)
+        return BAND_ROWS_MIN;
+    int64_t mean = job->answered_ms * PARTS * (int64_t)rows / job->answered_rows;
+    return own > mean && own > 0 ? rows * (uint64_t)mean / (uint64_t)own : rows;
+}
+
 /* Guided self-scheduling: a share of what remains, so that bands are large while there is much to do and small when
  * the end is near. */
-static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job)
+static uint32_t rows_to_cut(const struct scheduler *s, uint32_t job_number, const struct worker *w)
 {
+    const struct job *job = &s->jobs[job_number];
     bool renders = job->pass == PASS_RENDER;
     uint32_t remaining = rows_of(job) - job->next_row, rows = renders ? s->policy.band_rows : 0;
     uint32_t together = cut_end(job) - job->next_row;
     if (rows == 0) {
         uint64_t share = remaining / (BANDS_A_THREAD * (s->threads ? s->threads : 1));
         uint64_t least = renders ? BAND_ROWS_MIN : 1;
-        share = share < least ? least : share;
-        rows = share < BAND_ROWS_MAX ? (uint32_t)share : BAND_ROWS_MAX;
+        share = share < BAND_ROWS_MAX ? share : BAND_ROWS_MAX;
+        share = renders && share > least ? rows_for(s, job_number, w, share) : share;
+        rows = (uint32_t)(share < least ? least : share);
     }
     return rows < together ? rows : together;
 }
 
-/* The next band to hand out, of a job that has_waiting: one that came back, else one cut from the remaining rows. */
-static uint32_t take_waiting(struct scheduler *s, struct job *job)
+/* The next band to hand out to this worker, of a job that has_waiting: one that came back, else one cut from the
+ * remaining rows. */
+static uint32_t take_waiting(struct scheduler *s, uint32_t job_number, const struct worker *w)
 {
+    struct job *job = &s->jobs[job_number];
     if (job->waiting_at < job->waiting_count)
         return job->waiting[job->waiting_at++];
     job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof *job->bands);
     struct band *band = &job->bands[job->band_count];
-    *band = (struct band){.first_row = job->next_row, .rows = rows_to_cut(s, job)};
+    *band = (struct band){.first_row = job->next_row, .rows = rows_to_cut(s, job_number, w)};
     job->next_row += band->rows;
     pass_kept(job);
     return (uint32_t)job->band_count++;
@@ -244,9 +267,13 @@ static void put_back(struct job *job, uint32_t band)
 static void grant(struct scheduler *s, struct worker *w, uint32_t job_number, uint32_t band_number)
 {
     struct band *band = &s->jobs[job_number].bands[band_number];
-    if (band->holders++ == 0)
+    if (band->holders++ == 0) {
         band->granted_ms = s->now_ms;
+        band->worker = w->number;
+    }
     band->state = BAND_LEASED;
+    if (w->lease_count == 0)
+        pace_begin(&w->pace, s->now_ms);
     w->leases = memory_grow(w->leases, &w->lease_capacity, w->lease_count + 1, sizeof *w->leases);
     w->leases[w->lease_count++] = (struct lease){s->next_lease, job_number, band_number, s->now_ms};
     act(s, (struct action){.kind = ACTION_GRANT, .worker = w->number, .job = job_number,
@@ -255,9 +282,11 @@ static void grant(struct scheduler *s, struct worker *w, uint32_t job_number, ui
     s->next_lease++;
 }
 
-static void drop_lease(struct worker *w, struct lease *lease)
+static void drop_lease(struct scheduler *s, struct worker *w, struct lease *lease)
 {
     *lease = w->leases[--w->lease_count];
+    if (w->lease_count == 0)
+        pace_end(&w->pace, s->now_ms);
 }
 
 /* Takes the band's leases from whoever still has one. */
@@ -269,7 +298,7 @@ static void revoke_band(struct scheduler *s, uint32_t job, uint32_t band)
             if (w->leases[k].job != job || w->leases[k].band != band)
                 continue;
             act(s, (struct action){.kind = ACTION_REVOKE, .worker = w->number, .lease = w->leases[k].id});
-            drop_lease(w, &w->leases[k]);
+            drop_lease(s, w, &w->leases[k]);
         }
     }
 }
@@ -298,7 +327,7 @@ static void end_survey(struct scheduler *s, uint32_t number)
     job->pass = PASS_RENDER;
     job->next_row = job->accepted_rows = 0;
     job->band_count = job->waiting_at = job->waiting_count = 0;
-    job->answered_ms = job->answered = 0;
+    job->answered_ms = job->answered_rows = job->answered = 0;
     pass_kept(job);
     act(s, (struct action){.kind = ACTION_SURVEYED, .job = number});
 }
@@ -323,6 +352,7 @@ static void accept(struct scheduler *s, const struct worker *w, const struct lea
     int64_t lease_ms = s->now_ms - answered->granted_ms;
     job->answered_ms += lease_ms;
     job->answered++;
+    job->answered_rows += band->rows;
     act(s, (struct action){.kind = ACTION_ACCEPT, .worker = w->number, .job = answered->job, .pass = job->pass,
                            .first_row = band->first_row, .rows = band->rows, .lease_ms = lease_ms});
     revoke_band(s, answered->job, answered->band);
@@ -331,18 +361,23 @@ static void accept(struct scheduler *s, const struct worker *w, const struct lea
 
 /* --- workers coming and going ----------------------------------------------------------------------------- */
 
-static void lose_lease(struct scheduler *s, const struct lease *lease, bool by_fault)
+static void lose_lease(struct scheduler *s, const struct lease *lease, uint32_t worker, bool by_fault)
 {
     struct job *job = &s->jobs[lease->job];
     struct band *band = &job->bands[lease->band];
     if (job->over || band->state != BAND_LEASED)
         return;
-    band->losses += by_fault;
+    if (by_fault)
+        band->lost_by[band->losses++] = worker;
     if (--band->holders == 0)
         put_back(job, lease->band);
-    if (band->losses >= SCHEDULER_LOSSES_MAX)
-        end_job(s, lease->job, (struct action){.kind = ACTION_FAIL, .job = lease->job, .pass = job->pass,
-                                               .first_row = band->first_row, .rows = band->rows});
+    if (band->losses < SCHEDULER_LOSSES_MAX)
+        return;
+    struct action failure = {.kind = ACTION_FAIL, .job = lease->job, .pass = job->pass, .first_row = band->first_row,
+                             .rows = band->rows};
+    for (int i = 0; i < SCHEDULER_LOSSES_MAX; i++)
+        failure.lost_by[i] = band->lost_by[i];
+    end_job(s, lease->job, failure);
 }
 
 static void remove_worker(struct scheduler *s, struct worker *w, bool by_fault)
@@ -353,18 +388,31 @@ static void remove_worker(struct scheduler *s, struct worker *w, bool by_fault)
     for (struct worker *to = w; to < s->workers + s->worker_count; to++) /* keeps the order of joining */
         *to = to[1];
     for (size_t i = 0; i < gone.lease_count; i++)
-        lose_lease(s, &gone.leases[i], by_fault);
+        lose_lease(s, &gone.leases[i], gone.number, by_fault);
     worker_finish(&gone);
 }
 
-static void expel_silent(struct scheduler *s)
+static int64_t silent_at(const struct scheduler *s, const struct worker *w)
+{
+    return w->heard_ms + s->policy.silence_ms;
+}
+
+/* The last one is never given up for being stuck: a mistake would end the render, and nobody would gain. */
+static int64_t stuck_at(const struct scheduler *s, const struct worker *w)
+{
+    return s->worker_count > 1 ? pace_stuck_at(&w->pace) : INT64_MAX;
+}
+
+/* Those from whom nothing more is to be expected. That a worker is stuck is not held against its bands. */
+static void expel_hopeless(struct scheduler *s)
 {
     for (size_t i = s->worker_count; i-- > 0;) {
         struct worker *w = &s->workers[i];
-        if (s->now_ms - w->heard_ms < s->policy.silence_ms)
+        bool silent = s->now_ms >= silent_at(s, w);
+        if (!silent && s->now_ms < stuck_at(s, w))
             continue;
-        act(s, (struct action){.kind = ACTION_EXPEL, .worker = w->number});
-        remove_worker(s, w, true);
+        act(s, (struct action){.kind = ACTION_EXPEL, .worker = w->number, .stuck = !silent});
+        remove_worker(s, w, silent);
     }
 }
 
@@ -419,7 +467,7 @@ static bool grant_one(struct scheduler *s, struct worker *w)
     for (size_t job = s->first_open_job; can_take(w) && job < s->job_count; job++) {
         if (!has_waiting(&s->jobs[job]) || *readiness_of(w, job) != READINESS_READY)
             continue;
-        grant(s, w, (uint32_t)job, take_waiting(s, &s->jobs[job]));
+        grant(s, w, (uint32_t)job, take_waiting(s, (uint32_t)job, w));
         return true;
     }
     return false;
@@ -456,23 +504,72 @@ static bool holds(const struct worker *w, size_t job, size_t band)
     return false;
 }
 
-/* The straggling band that has been out longest and that this worker can render too. */
-static bool find_straggler(const struct scheduler *s, struct worker *w, uint32_t *found_job, uint32_t *found_band)
+/* How long the one who has the band is likely to need for it yet, if nobody else has it: by its pace for this band and
+ * those that it got before, or where that is unknown or over half as long again as it has had it already. */
+static int64_t left_ms(const struct scheduler *s, uint32_t job, uint32_t number)
 {
-    int64_t oldest = INT64_MAX;
-    for (size_t job = s->first_open_job; job < s->job_count; job++) {
-        if (*readiness_of(w, job) != READINESS_READY)
+    const struct band *band = &s->jobs[job].bands[number];
+    const struct worker *w = band->holders == 1 ? find_worker(s, band->worker) : NULL;
+    uint64_t rows = 0, lease = UINT64_MAX;
+    if (!w)
+        return 0;
+    for (size_t i = 0; i < w->lease_count; i++)
+        if (w->leases[i].job == job && w->leases[i].band == number)
+            lease = w->leases[i].id;
+    for (size_t i = 0; i < w->lease_count; i++)
+        rows += w->leases[i].job == job && w->leases[i].id <= lease ? band_of(s, &w->leases[i])->rows : 0;
+    int64_t needed = pace_alone_ms(&w->pace, job, s->jobs[job].pass, rows, s->now_ms);
+    int64_t left = needed - (s->now_ms - w->pace.answered_ms);
+    return needed >= 0 && left > 0 ? left : (s->now_ms - band->granted_ms) / 2;
+}
+
+enum { PACE_ROWS = 1024 };
+
+/* How long an idle worker would take for PACE_ROWS rows of the job: by its own pace, else by that of all; −1: nobody
+ * knows. */
+static int64_t idle_pace(const struct scheduler *s, const struct worker *w, uint32_t job)
+{
+    int64_t own = pace_alone_ms(&w->pace, job, s->jobs[job].pass, PACE_ROWS, s->now_ms), sum = 0, known = 0;
+    for (size_t i = 0; own < 0 && i < s->worker_count; i++) {
+        int64_t other = pace_alone_ms(&s->workers[i].pace, job, s->jobs[job].pass, PACE_ROWS, s->now_ms);
+        sum += other >= 0 ? other : 0;
+        known += other >= 0;
+    }
+    return own >= 0 ? own : known > 0 ? sum / known : -1;
+}
+
+/* How much sooner the band would be done if an idle worker of that pace rendered it too; at most 0: no sooner. Bands that
+ * are long overdue come before all others: first those that fewest have, and of these the ones that were granted last:
+ * if their worker still gets on, the oldest are the ones that it is at. */
+static int64_t gain_ms(const struct scheduler *s, int64_t pace, uint32_t job, uint32_t number)
+{
+    const int64_t overdue = INT64_C(1) << 62, of_a_holder = INT64_C(1) << 48;
+    const struct band *band = &s->jobs[job].bands[number];
+    if (straggles_at(&s->jobs[job], band) <= s->now_ms)
+        return overdue - band->holders * of_a_holder + band->granted_ms;
+    if (band->state != BAND_LEASED || pace < 0)
+        return 0;
+    return left_ms(s, job, number) - pace * (int64_t)band->rows / PACE_ROWS - BACKUP_GAIN_MS;
+}
+
+/* The band that this idle worker gains most with. */
+static bool find_backup(const struct scheduler *s, struct worker *w, uint32_t *found_job, uint32_t *found_band)
+{
+    int64_t most = 0;
+    for (uint32_t job = (uint32_t)s->first_open_job; job < s->job_count; job++) {
+        if (s->jobs[job].over || *readiness_of(w, job) != READINESS_READY)
             continue;
-        for (size_t i = 0; i < s->jobs[job].band_count; i++) {
-            const struct band *band = &s->jobs[job].bands[i];
-            if (straggles_at(&s->jobs[job], band) > s->now_ms || band->granted_ms >= oldest || holds(w, job, i))
+        int64_t pace = idle_pace(s, w, job);
+        for (uint32_t i = 0; i < s->jobs[job].band_count; i++) {
+            int64_t gain = gain_ms(s, pace, job, i);
+            if (gain <= 0 || gain < most || holds(w, job, i)) /* of equals the last, which its worker comes to last */
                 continue;
-            oldest = band->granted_ms;
-            *found_job = (uint32_t)job;
-            *found_band = (uint32_t)i;
+            most = gain;
+            *found_job = job;
+            *found_band = i;
         }
     }
-    return oldest != INT64_MAX;
+    return most > 0;
 }
 
 /* Idle workers duplicate what holds up the end. */
@@ -481,7 +578,7 @@ static void grant_backups(struct scheduler *s)
     for (size_t i = 0; i < s->worker_count; i++) {
         struct worker *w = &s->workers[i];
         uint32_t job, band;
-        if (w->lease_count == 0 && can_take(w) && find_straggler(s, w, &job, &band))
+        if (w->lease_count == 0 && can_take(w) && find_backup(s, w, &job, &band))
             grant(s, w, job, band);
     }
 }
@@ -495,7 +592,10 @@ static void take_result(struct scheduler *s, struct worker *w, uint64_t id)
     if (!lease)
         return; /* revoked meanwhile: the band is done already */
     struct lease answered = *lease;
-    drop_lease(w, lease);
+    const struct job *job = &s->jobs[answered.job];
+    pace_answer(&w->pace, answered.job, job->pass, job->bands[answered.band].rows, s->now_ms - answered.granted_ms,
+                s->now_ms);
+    drop_lease(s, w, lease);
     accept(s, w, &answered);
 }
 
@@ -506,6 +606,9 @@ static void handle_worker_event(struct scheduler *s, struct worker *w, const str
     case EVENT_READY:
         if (event->job < s->job_count && *readiness_of(w, event->job) == READINESS_ANNOUNCED)
             *readiness_of(w, event->job) = READINESS_READY;
+        break;
+    case EVENT_BEAT:
+        pace_beat(&w->pace, event->progress, s->now_ms);
         break;
     case EVENT_RESULT:
         take_result(s, w, event->lease);
@@ -533,7 +636,7 @@ void scheduler_handle(struct scheduler *s, const struct event *event, int64_t no
         add_worker(s, event);
     else if (event->kind != EVENT_TICK && w)
         handle_worker_event(s, w, event);
-    expel_silent(s);
+    expel_hopeless(s);
     announce(s);
     grant_waiting(s);
     grant_backups(s);
@@ -544,8 +647,9 @@ int64_t scheduler_deadline(const struct scheduler *s)
     int64_t deadline = INT64_MAX;
     bool someone_idle = false;
     for (size_t i = 0; i < s->worker_count; i++) {
-        int64_t silent = s->workers[i].heard_ms + s->policy.silence_ms;
+        int64_t silent = silent_at(s, &s->workers[i]), stuck = stuck_at(s, &s->workers[i]);
         deadline = silent < deadline ? silent : deadline;
+        deadline = stuck < deadline ? stuck : deadline;
         someone_idle |= s->workers[i].lease_count == 0 && can_take(&s->workers[i]);
     }
     for (size_t job = s->first_open_job; someone_idle && job < s->job_count; job++)

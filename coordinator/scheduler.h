@@ -4,10 +4,11 @@
  *
  * A job is the rows 0..rows−1 of one picture, which may be surveyed first: then it has two passes (wire/message.h),
  * each over rows of its own, and the second begins when every row of the first is accepted; meanwhile idle workers
- * go on with the next job. Rows are handed out as bands, each under a lease to one worker; a band that holds up the
- * end is leased to idle workers too, to one more each time that patience runs out. The first answer is accepted and
- * every other lease of the band revoked. A worker that is lost loses its leases, and their bands are handed out again.
- * Every row is accepted exactly once a pass, and a job ends if one worker answers, whatever the others do.
+ * go on with the next job. Rows are handed out as bands, each under a lease to one worker. When none are left, a band is
+ * leased to an idle worker too that would be done with it before the one who has it, by what both have shown (pace.h), and
+ * to one more each time that patience runs out. The first answer is accepted and every other lease of the band revoked.
+ * A worker that is lost loses its leases, and their bands are handed out again; so does one that is stuck, unless nobody
+ * else is there. Every row is accepted exactly once a pass, and a job ends if one worker answers, whatever the others do.
  */
 #ifndef WEFT_COORDINATOR_SCHEDULER_H
 #define WEFT_COORDINATOR_SCHEDULER_H
@@ -29,7 +30,7 @@ enum event_kind {
     EVENT_JOB,    /* a new job: survey_rows, rows, kept. Jobs are numbered 0, 1, … in the order of these events */
     EVENT_JOIN,   /* worker, threads, credit. Worker numbers are the caller's, each used once */
     EVENT_READY,  /* worker has loaded the job */
-    EVENT_BEAT,   /* worker is alive */
+    EVENT_BEAT,   /* worker is alive: progress */
     EVENT_RESULT, /* worker returned all of a lease's rows */
     EVENT_DRAIN,  /* worker wants no more bands */
     EVENT_LEAVE,  /* worker said goodbye */
@@ -52,6 +53,7 @@ struct event {
     size_t kept_count;            /* borrowed. Of the render only if all of the survey are */
     uint32_t threads, credit; /* JOIN: at least 1 each */
     uint64_t lease;           /* RESULT */
+    uint64_t progress;        /* BEAT: grows while it works */
 };
 
 enum action_kind {
@@ -61,10 +63,10 @@ enum action_kind {
     ACTION_ACK,      /* worker may forget the result of lease */
     ACTION_REVOKE,   /* worker may stop working on lease */
     ACTION_END,      /* worker may forget job */
-    ACTION_EXPEL,    /* worker is considered dead */
+    ACTION_EXPEL,    /* worker is considered dead, or (stuck) it lives but does not get on */
     ACTION_SURVEYED, /* all rows of job's survey are accepted; what is granted of it from now on is of the render */
     ACTION_DONE,     /* job is complete */
-    ACTION_FAIL,     /* job cannot be completed: these rows of this pass were lost SCHEDULER_LOSSES_MAX times */
+    ACTION_FAIL,     /* job cannot be completed: these rows of this pass were lost with the workers lost_by */
 };
 
 struct action {
@@ -74,6 +76,8 @@ struct action {
     uint32_t first_row, rows;
     uint64_t lease;
     int64_t lease_ms; /* ACCEPT: how long worker held its lease */
+    bool stuck;       /* EXPEL */
+    uint32_t lost_by[SCHEDULER_LOSSES_MAX]; /* FAIL */
 };
 
 /* All zero is empty; the caller frees items. */

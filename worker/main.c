@@ -131,8 +131,7 @@ static struct session_config describe(const struct settings *settings)
     config.hello.hello.pid = (uint32_t)getpid();
     config.hello.hello.threads = (uint32_t)settings->threads;
     config.hello.hello.credit = 2 * (uint32_t)settings->threads; /* two bands a thread hide the round trip */
-    if (gethostname(config.hello.hello.host, sizeof config.hello.hello.host - 1) != 0)
-        strcpy(config.hello.hello.host, "unknown");
+    wire_host_name(config.hello.hello.host, sizeof config.hello.hello.host);
     strncpy(config.hello.hello.kernel, settings->kernel->name, sizeof config.hello.hello.kernel - 1);
     return config;
 }

@@ -56,7 +56,8 @@ struct pool {
     struct held_band *bands; /* oldest first; a finished or cancelled band leaves with its last tile */
     struct outcome_node *outcomes, **outcomes_end;
     int descriptor;
-    uint64_t tiles, rays;
+    uint64_t rays;
+    _Atomic uint64_t batches; /* the tracers', while they trace */
 };
 
 /* What a render thread keeps between tiles. */
@@ -173,12 +174,13 @@ static void set_tracer(struct pool *pool, struct thread_state *state, struct poo
     release_job(state->job);
     state->job = job ? use_job(job) : NULL;
     state->tracer = job ? tracer_create(job->plan, pool->kernel) : NULL;
+    if (job)
+        tracer_count_batches(state->tracer, &pool->batches);
 }
 
 static void take_back(struct pool *pool, struct held_band *held, uint32_t tile, const struct tile_outcome *outcome)
 {
     pool->rays += outcome->rays;
-    pool->tiles++;
     band_add(&held->band, tile, outcome);
     held->finished_tiles++;
     if (!all_tiles_are_back(held))
@@ -367,10 +369,10 @@ void pool_cancel(struct pool *pool, uint64_t lease)
     pthread_mutex_unlock(&pool->mutex);
 }
 
-void pool_progress(struct pool *pool, uint64_t *tiles, uint64_t *rays)
+void pool_progress(struct pool *pool, uint64_t *batches, uint64_t *rays)
 {
+    *batches = pool->batches;
     pthread_mutex_lock(&pool->mutex);
-    *tiles = pool->tiles;
     *rays = pool->rays;
     pthread_mutex_unlock(&pool->mutex);
 }

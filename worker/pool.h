@@ -55,7 +55,8 @@ bool pool_start(struct pool *pool, uint64_t lease, uint32_t job, const struct or
 /* Stops work on a band; no outcome comes of it unless it waits already. */
 void pool_cancel(struct pool *pool, uint64_t lease);
 
-/* Tiles finished and rays traced since the start. */
-void pool_progress(struct pool *pool, uint64_t *tiles, uint64_t *rays);
+/* Since the start: batches of camera rays traced, which also grows while a tile takes long, and rays of tiles that are
+ * finished. */
+void pool_progress(struct pool *pool, uint64_t *batches, uint64_t *rays);
 
 #endif

@@ -7,6 +7,7 @@
 #include "trace/tracer_private.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,6 +44,11 @@ void tracer_destroy(struct tracer **pointer)
         free(tracer->bound[i]);
     free(tracer);
     *pointer = NULL;
+}
+
+void tracer_count_batches(struct tracer *tracer, _Atomic uint64_t *batches)
+{
+    tracer->batches = batches;
 }
 
 static void need_pixels(struct tracer *tracer, size_t pixels)
@@ -297,6 +303,8 @@ void tracer_sample(struct tracer *tracer, const uint32_t *list, size_t count, ui
             }
         }
         trace_batch(tracer, rays, first, end);
+        if (tracer->batches)
+            atomic_fetch_add_explicit(tracer->batches, 1, memory_order_relaxed);
         add_samples(tracer, rays, end / 2, roots);
     }
 }

@@ -24,6 +24,10 @@ struct tracer *tracer_create(const struct plan *plan, const struct kernel *kerne
 /* Frees *tracer and sets it to NULL; *tracer may be NULL. */
 void tracer_destroy(struct tracer **tracer);
 
+/* From now on counts the batches of camera rays there as it traces them, so that whoever reads it, in any thread, sees that
+ * an area that takes minutes advances. Borrowed. */
+void tracer_count_batches(struct tracer *tracer, _Atomic uint64_t *batches);
+
 /* Pixels x0 <= x < x1 of rows y0 <= y < y1. */
 struct pixel_area {
     uint32_t x0, x1, y0, y1;

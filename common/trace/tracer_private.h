@@ -31,6 +31,7 @@ struct tracer {
     struct sample_digits *digits; /* of each sample of a pixel */
     size_t digit_capacity;
     bool follows_footprints;      /* the next batch begins with them */
+    _Atomic uint64_t *batches;    /* counts them; may be NULL */
 
     /* Of each camera ray. */
     struct vec3 radiance[CAMERA_RAYS_MAX]; /* what has come of it */

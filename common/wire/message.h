@@ -142,7 +142,7 @@ struct message {
             uint32_t job;
         } end;
         struct {
-            uint64_t progress; /* tiles finished since the worker started; 0 from a coordinator */
+            uint64_t progress; /* batches of rays traced since the worker started; 0 from a coordinator */
             uint64_t rays;     /* traced since the worker started; 0 from a coordinator */
         } beat;
     };

@@ -27,6 +27,9 @@ void wire_stop(void);
 enum { WIRE_ENDPOINT_BYTES = 512, WIRE_PORT_DEFAULT = 7420 };
 enum status wire_endpoint_parse(const char *text, char endpoint[WIRE_ENDPOINT_BYTES], struct error *error);
 
+/* This machine's name, as its workers tell it, into name[size], cut to fit. */
+void wire_host_name(char *name, size_t size);
+
 /* True for ipc and for addresses of the loopback interface (127.0.0.0/8, [::1], localhost). */
 bool wire_endpoint_is_local(const char *endpoint);
 

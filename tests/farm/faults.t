@@ -84,7 +84,9 @@ for end in "INT 130" "TERM 143" "HUP 129"; do
         fi
         kill "-$signal" "$pid"
         ends "$expected" "SIG$signal while $moment: exit status $expected" "$pid" 2 "$label"
-        ok "SIG$signal while $moment: no picture, no temporary file" is_empty "$tmp/pictures"
+        left=$([ $moment = waiting ] || echo ".$label.png.journal")
+        is "SIG$signal while $moment: no picture, no temporary file" "$(ls -A "$tmp/pictures")" "$left"
+        rm -f "$tmp/pictures/.$label.png.journal"
         ok "SIG$signal while $moment: no worker is left" [ -z "$(processes weft-worker)" ]
         ok "SIG$signal while $moment: no socket is left" is_empty "$tmp/run/weft"
         like "SIG$signal while $moment: it is told" "$(cat "$tmp/$label.err")" '^weft: interrupted'

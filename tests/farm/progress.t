@@ -64,7 +64,7 @@ cp "$tmp/run.out" "$tmp/odd.json"
 holds "is JSON still, a byte that is not UTF-8 replaced" "$tmp/odd.json" \
     '$_->{jobs}[0]{scene} =~ m{/odd "name"\\\t\x{FFFD} \x{E9}\.json$}'
 
-start ended "$weft" render "${slow[@]}" --samples 800 --band 1 --progress json -o "$picture"
+start ended "$weft" render "${slow[@]}" --samples 800 --band 1 --progress json --no-resume -o "$picture"
 wait_until "has_rows ended 1" 30
 kill -TERM "$pid"
 ends 143 "an interrupted render" "$pid" 5 ended

@@ -114,10 +114,12 @@ like "it is named" "$err" "$tmp/none/report.json: cannot open the folder"
 same_bytes "that shows before anything is rendered" "$tmp/kept.png" "$told"
 
 mkdir "$tmp/full"
-exits 4 "a report that is larger than files may be" bash -c 'ulimit -f 1 && exec "$@"' "$0" \
-    "$weft" render "${glass[0]}" --size 4x20 --samples 1 --band 1 --report "$tmp/full/report.json" -o "$tmp/full/a.png"
+small=("$scenes"/{sphere,box,cone,disc,plane,cylinder}.json) # their journals are small, the report of all is not
+exits 4 "a report that is larger than files may be" bash -c 'ulimit -f 2 && exec "$@"' "$0" \
+    "$weft" render "${small[@]}" --size 4x4 --samples 4 --report "$tmp/full/report.json" -o "$tmp/full/pictures"
 like "it is named" "$err" "$tmp/full/report.json"
-is "the picture stays, and nothing else" "$(ls -A "$tmp/full")" a.png
+is "the pictures stay, and nothing else" "$(ls -A "$tmp/full")" pictures
+is "all of them" "$(ls -A "$tmp/full/pictures" | wc -l)" 6
 
 # --- maps -----------------------------------------------------------------------------------------------------
 maps=("${glass[@]}" --error 0.01 -q)

@@ -50,6 +50,7 @@ struct worker {
     uint32_t threads, credit, held;
     uint32_t ms_a_row;
     int64_t heard_ms, busy_until_ms;
+    uint64_t progress;
 };
 
 /* All but the rows is of the present pass. */
@@ -88,7 +89,7 @@ static struct world {
 
 /* What the histories held, over all seeds. */
 static struct {
-    unsigned surveyed, done, failed, expelled, revoked, late;
+    unsigned surveyed, done, failed, expelled, stuck, revoked, late;
 } tally;
 
 static void __attribute__((format(printf, 2, 3))) require(bool condition, const char *format, ...)
@@ -209,9 +210,13 @@ static void check_revoke(const struct action *a)
 static void check_expel(const struct action *a)
 {
     struct worker *w = &world.workers[a->worker];
-    require(w->present && world.now_ms - w->heard_ms >= SILENCE_MS, "worker %u expelled though it spoke", a->worker);
-    drop_worker(a->worker, true);
-    tally.expelled++;
+    require(w->present, "worker %u expelled again", a->worker);
+    if (a->stuck)
+        require(w->fate == HANGS && w->fated, "worker %u expelled though it got on", a->worker);
+    else
+        require(world.now_ms - w->heard_ms >= SILENCE_MS, "worker %u expelled though it spoke", a->worker);
+    drop_worker(a->worker, !a->stuck);
+    *(a->stuck ? &tally.stuck : &tally.expelled) += 1;
 }
 
 /* Nothing of the survey is missing, and nothing of it is out any more. */
@@ -423,7 +428,8 @@ static void worker_beats(uint32_t number)
     if (!is_heard(w) || !w->present)
         return;
     bool empty = w->draining && w->held == 0;
-    tell((struct event){.kind = empty ? EVENT_LEAVE : EVENT_BEAT, .worker = number});
+    w->progress += w->busy_until_ms > world.now_ms && !(w->fate == HANGS && w->fated);
+    tell((struct event){.kind = empty ? EVENT_LEAVE : EVENT_BEAT, .worker = number, .progress = w->progress});
     happen(BEATS, world.now_ms + BEAT_MS, (struct event){.worker = number});
 }
 
@@ -527,10 +533,11 @@ static void test_histories(void **state)
     (void)state;
     for (uint32_t i = 0; i < seed_count; i++)
         run(first_seed + i);
-    print_message("# seeds %u to %u: %u jobs surveyed, %u done, %u failed, %u workers expelled, %u leases revoked, "
+    print_message("# seeds %u to %u: %u jobs surveyed, %u done, %u failed, %u workers expelled, %u stuck, %u leases "
+                  "revoked, "
                   "%u results too late\n",
                   first_seed, first_seed + seed_count - 1, tally.surveyed, tally.done, tally.failed, tally.expelled,
-                  tally.revoked, tally.late);
+                  tally.stuck, tally.revoked, tally.late);
 }
 
 static uint32_t number_or(const char *text, uint32_t otherwise)
