@@ -60,7 +60,7 @@ FUZZ_TARGETS = $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard te
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c)) $(FUZZ_TARGETS:%=$(B)/tests/fuzz/%.t)
 SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t tests/bench/*/*.t)
 
-.PHONY: all demo test test-one-mode test-isa fuzz fuzz-targets bench bench-peers bench-error clean help
+.PHONY: all demo test test-one-mode test-isa fuzz fuzz-targets soak bench bench-peers bench-error clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
@@ -71,6 +71,8 @@ help:
 	@echo 'make test       all tests, in release mode and with address and undefined-behaviour sanitizers'
 	@echo 'make test-isa   the same bits from other compilers, options and CPUs (installing emulators, by apt)'
 	@echo 'make fuzz       readers of files and messages under libFuzzer, S=60 seconds each (with clang); T=TARGET: one'
+	@echo 'make soak SEEDS=100000'
+	@echo '                so many histories of each simulation (FIRST_SEED=7: from that one on); what fails names its seed'
 	@echo 'make bench      kernels, trees, whole renders, the cost of the farm: figures on stdout'
 	@echo 'make bench-peers'
 	@echo '                CPU time against POV-Ray and Tachyon (installing them, by apt); FULL=1: at full size;'
@@ -151,6 +153,13 @@ test-one-mode: all $(C_TESTS)
 test-isa: $(B)/tests/isa/signature.t
 	-deploy/install-dependencies --isa $(B)/arm64
 	WEFT_BUILD=$(B) $(PROVE) --timer --verbose -e '' tests/isa/*.t
+
+# --- soaking -------------------------------------------------------------------------------------------------
+# `build/tests/sim/farm.t SEED` replays one.
+SOAK  = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/sim/*.c))
+SEEDS = 20000
+soak: $(SOAK)
+	CMOCKA_MESSAGE_OUTPUT=TAP SEEDS=$(SEEDS) $(PROVE) --timer --verbose -e '' $(SOAK)
 
 # --- fuzzing -------------------------------------------------------------------------------------------------
 # Each target in turn for S seconds on a copy of its corpus, in $(B)/fuzz, where findings stay too (tests/fuzz/run).

@@ -1,6 +1,7 @@
 #include "coordinator/dispatcher.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "coordinator/dispatcher_private.h"
@@ -73,10 +74,8 @@ void dispatcher_lose_process(struct dispatcher *d, uint32_t pid, int64_t now_ms)
 {
     d->now_ms = now_ms;
     for (size_t i = 0; i < d->peer_count; i++)
-        if (!d->peers[i].gone && peer_is_same_process(&d->peers[i], d->config.host, pid)) {
+        if (peer_is_same_process(&d->peers[i], d->config.host, pid))
             dispatcher_lose_peer(d, &d->peers[i], true);
-            return;
-        }
 }
 
 bool dispatcher_take_expelled(struct dispatcher *d, uint32_t *pid)

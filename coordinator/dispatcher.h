@@ -43,11 +43,12 @@ void dispatcher_add_job(struct dispatcher *dispatcher, struct render_job *job, i
 void dispatcher_take_message(struct dispatcher *dispatcher, const struct wire_peer *from, const void *data, size_t size,
                              int64_t now_ms);
 
-/* Does what is due by now. To be called at dispatcher_deadline at the latest. */
+/* Does what is due by now, all messages that have arrived having been taken: who has been silent too long is given up. To
+ * be called at dispatcher_deadline at the latest. */
 void dispatcher_tick(struct dispatcher *dispatcher, int64_t now_ms);
 int64_t dispatcher_deadline(const struct dispatcher *dispatcher);
 
-/* A process of this machine has died, which may have been a worker. */
+/* A process of this machine has died, which may have been a worker, and may have joined more than once. */
 void dispatcher_lose_process(struct dispatcher *dispatcher, uint32_t pid, int64_t now_ms);
 
 /* A worker process of this machine from which nothing more is expected, though it has not died; false: there is none. */

@@ -31,7 +31,6 @@ void dispatcher_lose_peer(struct dispatcher *d, struct peer *peer, bool by_fault
     if (peer->gone)
         return;
     peer->gone = true;
-    peer->failed |= by_fault && peer->bands_done == 0; /* a link may break now and then, and be good otherwise */
     peer_finish(peer);
     if (by_fault)
         log_warning("worker %u (%s, process %u) is lost", peer->number, peer->host, peer->pid);
@@ -139,11 +138,13 @@ static void give_up(struct dispatcher *d, const struct action *action)
 static void expel(struct dispatcher *d, const struct action *action)
 {
     struct peer *peer = peer_numbered(d, action->worker);
+    if (peer->gone) /* as an action just before this one has shown */
+        return;
     log_warning("worker %u (%s, process %u) %s; its bands go to others", peer->number, peer->host, peer->pid,
                 action->stuck ? "has not got on for too long" : "has been silent too long");
     dispatcher_send_to(d, &peer->address, &(struct message){.kind = MESSAGE_GOODBYE, .epoch = peer->epoch});
     peer->gone = true;
-    peer->failed |= action->stuck || peer->bands_done == 0;
+    peer->failed |= action->stuck;
     peer_finish(peer);
     if (strcmp(peer->host, d->config.host) != 0)
         return;

@@ -75,6 +75,8 @@ static void take_hello(struct dispatcher *d, const struct wire_peer *address, co
     log_info("worker %u joined: %s, process %u, %u threads, kernel %s", number, peer->host, peer->pid, peer->threads,
              peer->kernel);
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_WELCOME});
+    if (peer->gone) /* its connection is: the scheduler need not know that it was there */
+        return;
     dispatcher_tell(d, &(struct event){.kind = EVENT_JOIN, .worker = number, .threads = hello->hello.threads,
                                     .credit = hello->hello.credit}, NULL);
 }

@@ -26,7 +26,7 @@ struct peer {
     char kernel[MESSAGE_KERNEL_BYTES];
     uint32_t pid, threads;
     bool gone;      /* kept for the record, */
-    bool failed;    /* and that it was of no use */
+    bool failed;    /* and that it was of no use, which a broken link does not say of it */
     bool draining;
     struct incoming *incoming;
     size_t incoming_count, incoming_capacity;

@@ -636,7 +636,8 @@ void scheduler_handle(struct scheduler *s, const struct event *event, int64_t no
         add_worker(s, event);
     else if (event->kind != EVENT_TICK && w)
         handle_worker_event(s, w, event);
-    expel_hopeless(s);
+    if (event->kind == EVENT_TICK) /* before, what the others have said may not have been told yet */
+        expel_hopeless(s);
     announce(s);
     grant_waiting(s);
     grant_backups(s);

@@ -35,7 +35,7 @@ enum event_kind {
     EVENT_DRAIN,  /* worker wants no more bands */
     EVENT_LEAVE,  /* worker said goodbye */
     EVENT_LOST,   /* worker died or broke the protocol */
-    EVENT_TICK,   /* only the time */
+    EVENT_TICK,   /* only the time; all that came until then has been told, and who was silent for too long is dead */
 };
 
 /* Rows of a pass that need no rendering. */

@@ -4,22 +4,10 @@
  * model beside it, which knows nothing of how the scheduler works, holds every action against its promises; one
  * honest worker is always there, so every job ends.
  *
- * `scheduler SEED` replays one history. SEEDS=1000 FIRST_SEED=7 in the environment runs others than the first 300.
+ * Which histories: tests/sim/history.h.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
-#include "base/hash.h"
-#include "base/memory.h"
 #include "coordinator/scheduler.h"
+#include "tests/sim/history.h"
 
 enum {
     SILENCE_MS = 4500,
@@ -40,6 +28,7 @@ struct lease {
     uint32_t worker, job;
     enum render_pass pass;
     uint32_t first_row, rows;
+    bool unsent; /* it was revoked before its result was sent */
 };
 
 struct worker {
@@ -66,14 +55,11 @@ enum happening_kind { ARRIVES, JOINS, BEATS, FATE };
 
 struct happening {
     enum happening_kind kind;
-    int64_t at_ms;
     struct event event; /* ARRIVES; of the others only the worker */
 };
 
 /* One history; made anew from each seed. */
 static struct world {
-    uint32_t seed, draws;
-    int64_t now_ms;
     bool deadly;
     struct scheduler *scheduler;
     struct action_list actions;
@@ -83,8 +69,7 @@ static struct world {
     uint32_t job_count, jobs_begun, jobs_over;
     struct lease leases[LEASES_MAX];
     uint64_t lease_count;
-    struct happening *happenings; /* in no order */
-    size_t happening_count, happening_capacity;
+    struct queue happenings;
 } world;
 
 /* What the histories held, over all seeds. */
@@ -92,34 +77,9 @@ static struct {
     unsigned surveyed, done, failed, expelled, stuck, revoked, late;
 } tally;
 
-static void __attribute__((format(printf, 2, 3))) require(bool condition, const char *format, ...)
-{
-    if (condition)
-        return;
-    char text[256];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    fail_msg("seed %u at %lld ms: %s", world.seed, (long long)world.now_ms, text);
-}
-
-/* low <= n <= high */
-static uint32_t draw(uint32_t low, uint32_t high)
-{
-    return low + hash_u32(hash_u32(world.seed) ^ hash_u32(++world.draws)) % (high - low + 1);
-}
-
-static bool chance(uint32_t percent)
-{
-    return draw(0, 99) < percent;
-}
-
 static void happen(enum happening_kind kind, int64_t at_ms, struct event event)
 {
-    world.happenings = memory_grow(world.happenings, &world.happening_capacity, world.happening_count + 1,
-                                   sizeof *world.happenings);
-    world.happenings[world.happening_count++] = (struct happening){kind, at_ms, event};
+    queue_put(&world.happenings, at_ms, &(struct happening){kind, event}, sizeof(struct happening));
 }
 
 /* --- the model: what the scheduler promised --------------------------------------------------------------- */
@@ -175,7 +135,7 @@ static void check_grant(const struct action *a)
         require(!job->accepted[row], "row %u handed out again", row);
     check_overlap(a);
     w->held++;
-    world.leases[++world.lease_count] = (struct lease){OPEN, a->worker, a->job, a->pass, a->first_row, a->rows};
+    world.leases[++world.lease_count] = (struct lease){OPEN, a->worker, a->job, a->pass, a->first_row, a->rows, false};
 }
 
 static void check_accept(const struct action *a, const struct event *event)
@@ -214,7 +174,7 @@ static void check_expel(const struct action *a)
     if (a->stuck)
         require(w->fate == HANGS && w->fated, "worker %u expelled though it got on", a->worker);
     else
-        require(world.now_ms - w->heard_ms >= SILENCE_MS, "worker %u expelled though it spoke", a->worker);
+        require(history.now_ms - w->heard_ms >= SILENCE_MS, "worker %u expelled though it spoke", a->worker);
     drop_worker(a->worker, !a->stuck);
     *(a->stuck ? &tally.stuck : &tally.expelled) += 1;
 }
@@ -302,13 +262,13 @@ static uint32_t leased_rows(uint32_t job, bool mark[ROWS_MAX])
 }
 
 /* Between events: both sides count alike, nobody silent is left, and no row waits for a worker that has room. */
-static void check_rest(void)
+static void check_rest(const struct event *event)
 {
     bool mark[ROWS_MAX], room[JOBS_MAX] = {false};
     for (uint32_t i = 1; i <= world.worker_count; i++) {
         const struct worker *w = &world.workers[i];
         require(scheduler_held(world.scheduler, i) == w->held, "worker %u holds other than %u", i, w->held);
-        require(!w->present || world.now_ms - w->heard_ms < SILENCE_MS, "worker %u is silent and still there", i);
+        require(!w->present || history.now_ms - w->heard_ms < SILENCE_MS, "worker %u is silent and still there", i);
         for (uint32_t job = 0; job < world.jobs_begun; job++)
             room[job] |= w->present && !w->draining && w->ready[job] && w->held < w->credit;
     }
@@ -319,7 +279,8 @@ static void check_rest(void)
         require(!j->over || leased == 0, "job %u is over and leased", job);
         require(j->over || !room[job] || j->accepted_rows + leased == j->rows[j->pass], "rows of job %u wait", job);
     }
-    require(scheduler_deadline(world.scheduler) > world.now_ms, "the deadline is past");
+    bool due = scheduler_deadline(world.scheduler) <= history.now_ms;
+    require(!due || event->kind != EVENT_TICK, "the deadline is past");
 }
 
 /* --- the workers: what they answer ------------------------------------------------------------------------ */
@@ -333,7 +294,7 @@ static bool is_heard(const struct worker *w)
 static void start_loading(const struct action *a)
 {
     struct event event = {.kind = EVENT_READY, .worker = a->worker, .job = a->job};
-    happen(ARRIVES, world.now_ms + draw(1, 800), event);
+    happen(ARRIVES, history.now_ms + draw(1, 800), event);
 }
 
 static void start_rendering(const struct action *a)
@@ -342,7 +303,7 @@ static void start_rendering(const struct action *a)
     struct event event = {.kind = EVENT_RESULT, .worker = a->worker, .lease = a->lease};
     if (w->fate == HANGS && w->fated)
         return;
-    int64_t from_ms = w->busy_until_ms > world.now_ms ? w->busy_until_ms : world.now_ms;
+    int64_t from_ms = w->busy_until_ms > history.now_ms ? w->busy_until_ms : history.now_ms;
     w->busy_until_ms = from_ms + a->rows * w->ms_a_row * draw(50, 150) / 100 / w->threads;
     happen(ARRIVES, w->busy_until_ms + draw(1, 20), event);
     if (w->fate != REPEATS)
@@ -350,19 +311,13 @@ static void start_rendering(const struct action *a)
     happen(ARRIVES, w->busy_until_ms + draw(1, 3000), event); /* again */
     event.lease = draw(0, (uint32_t)a->lease + 3);            /* another's, or nobody's */
     if (event.lease > world.lease_count || world.leases[event.lease].worker != a->worker)
-        happen(ARRIVES, world.now_ms + draw(1, 3000), event);
+        happen(ARRIVES, history.now_ms + draw(1, 3000), event);
 }
 
 /* The worker may have sent the result before it hears that nobody wants it. */
 static void stop_rendering(const struct action *a)
 {
-    for (size_t i = 0; i < world.happening_count; i++) {
-        const struct happening *h = &world.happenings[i];
-        if (h->kind == ARRIVES && h->event.kind == EVENT_RESULT && h->event.lease == a->lease && chance(50)) {
-            world.happenings[i] = world.happenings[--world.happening_count];
-            return;
-        }
-    }
+    world.leases[a->lease].unsent = chance(50);
 }
 
 static void tell(struct event event)
@@ -372,7 +327,7 @@ static void tell(struct event event)
         world.jobs[world.jobs_begun++] = (struct job){.pass = event.survey_rows ? PASS_SURVEY : PASS_RENDER,
                                                       .rows = {event.survey_rows, event.rows}};
     if (w->present && event.kind != EVENT_TICK)
-        w->heard_ms = world.now_ms;
+        w->heard_ms = history.now_ms;
     if (w->present && event.kind == EVENT_READY)
         w->ready[event.job] = w->announced[event.job];
     if (w->present && event.kind == EVENT_DRAIN)
@@ -382,10 +337,10 @@ static void tell(struct event event)
     if (event.kind == EVENT_RESULT && (!w->present || world.leases[event.lease % LEASES_MAX].state != OPEN))
         tally.late++;
     world.actions.count = 0;
-    scheduler_handle(world.scheduler, &event, world.now_ms, &world.actions);
+    scheduler_handle(world.scheduler, &event, history.now_ms, &world.actions);
     for (size_t i = 0; i < world.actions.count; i++)
         check_action(&world.actions.items[i], &event);
-    check_rest();
+    check_rest(&event);
     for (size_t i = 0; i < world.actions.count; i++) {
         const struct action *a = &world.actions.items[i];
         if (a->kind == ACTION_ANNOUNCE)
@@ -401,12 +356,12 @@ static void worker_joins(uint32_t number)
 {
     struct worker *w = &world.workers[number];
     w->present = true;
-    w->heard_ms = world.now_ms;
+    w->heard_ms = history.now_ms;
     tell((struct event){.kind = EVENT_JOIN, .worker = number, .threads = w->threads, .credit = w->credit});
-    happen(BEATS, world.now_ms + BEAT_MS, (struct event){.worker = number});
+    happen(BEATS, history.now_ms + BEAT_MS, (struct event){.worker = number});
     uint32_t latest_ms = world.deadly || chance(50) ? 1500 : 10000;
     if (w->fate != HONEST && w->fate != REPEATS)
-        happen(FATE, world.now_ms + draw(0, latest_ms), (struct event){.worker = number});
+        happen(FATE, history.now_ms + draw(0, latest_ms), (struct event){.worker = number});
 }
 
 static void fate_comes(uint32_t number)
@@ -414,7 +369,7 @@ static void fate_comes(uint32_t number)
     struct worker *w = &world.workers[number];
     w->fated = true;
     if (w->fate == DIES) /* and the death is noticed, a little later */
-        happen(ARRIVES, world.now_ms + draw(0, 50), (struct event){.kind = EVENT_LOST, .worker = number});
+        happen(ARRIVES, history.now_ms + draw(0, 50), (struct event){.kind = EVENT_LOST, .worker = number});
     if (w->fate == LEAVES)
         tell((struct event){.kind = EVENT_LEAVE, .worker = number});
     if (w->fate == DRAINS)
@@ -428,15 +383,17 @@ static void worker_beats(uint32_t number)
     if (!is_heard(w) || !w->present)
         return;
     bool empty = w->draining && w->held == 0;
-    w->progress += w->busy_until_ms > world.now_ms && !(w->fate == HANGS && w->fated);
+    w->progress += w->busy_until_ms > history.now_ms && !(w->fate == HANGS && w->fated);
     tell((struct event){.kind = empty ? EVENT_LEAVE : EVENT_BEAT, .worker = number, .progress = w->progress});
-    happen(BEATS, world.now_ms + BEAT_MS, (struct event){.worker = number});
+    happen(BEATS, history.now_ms + BEAT_MS, (struct event){.worker = number});
 }
 
 /* Messages of a worker that is cut off are lost, or come much later. */
 static void message_arrives(const struct happening *h)
 {
     const struct worker *w = &world.workers[h->event.worker];
+    if (h->event.kind == EVENT_RESULT && world.leases[h->event.lease % LEASES_MAX].unsent)
+        return;
     bool lost = h->event.kind != EVENT_LOST && h->event.worker && !is_heard(w);
     if (!lost || (w->fate == LEAVES && chance(50)))
         tell(h->event);
@@ -473,39 +430,26 @@ static void make_jobs(void)
     }
 }
 
-static void make_world(uint32_t seed)
+static void make_world(void)
 {
     struct action_list actions = world.actions;
-    struct happening *happenings = world.happenings;
-    size_t capacity = world.happening_capacity;
-    world = (struct world){.seed = seed, .actions = actions, .happenings = happenings, .happening_capacity = capacity};
+    world = (struct world){.actions = actions};
     world.scheduler = scheduler_create(&(struct scheduler_policy){chance(50) ? 0 : draw(1, 40), SILENCE_MS});
     make_workers();
     make_jobs();
 }
 
-static struct happening take_next(void)
-{
-    size_t next = 0;
-    for (size_t i = 1; i < world.happening_count; i++)
-        if (world.happenings[i].at_ms < world.happenings[next].at_ms)
-            next = i;
-    struct happening taken = world.happenings[next];
-    world.happenings[next] = world.happenings[--world.happening_count];
-    return taken;
-}
-
 static void step(void)
 {
-    struct happening h = take_next();
-    int64_t deadline_ms = scheduler_deadline(world.scheduler);
-    if (deadline_ms <= h.at_ms) {
-        happen(h.kind, h.at_ms, h.event);
-        world.now_ms = deadline_ms;
+    struct happening h;
+    int64_t deadline_ms = scheduler_deadline(world.scheduler), next_ms = queue_next_ms(&world.happenings);
+    if (deadline_ms <= next_ms) {
+        history.now_ms = deadline_ms > history.now_ms ? deadline_ms : history.now_ms;
         tell((struct event){.kind = EVENT_TICK});
         return;
     }
-    world.now_ms = h.at_ms;
+    history.now_ms = next_ms;
+    queue_take(&world.happenings, &h, sizeof h);
     if (h.kind == ARRIVES)
         message_arrives(&h);
     else if (h.kind == JOINS)
@@ -516,33 +460,25 @@ static void step(void)
         fate_comes(h.event.worker);
 }
 
-static void run(uint32_t seed)
+static void live(void)
 {
-    make_world(seed);
+    make_world();
     while (world.jobs_over < world.job_count) {
         step();
-        require(world.now_ms < END_MS, "still not done");
+        require(history.now_ms < END_MS, "still not done");
     }
     scheduler_destroy(&world.scheduler);
+    queue_finish(&world.happenings);
 }
-
-static uint32_t first_seed, seed_count;
 
 static void test_histories(void **state)
 {
     (void)state;
-    for (uint32_t i = 0; i < seed_count; i++)
-        run(first_seed + i);
-    print_message("# seeds %u to %u: %u jobs surveyed, %u done, %u failed, %u workers expelled, %u stuck, %u leases "
-                  "revoked, "
-                  "%u results too late\n",
-                  first_seed, first_seed + seed_count - 1, tally.surveyed, tally.done, tally.failed, tally.expelled,
+    seeds_run(live);
+    print_message("# seeds %u to %u: %u jobs surveyed, %u done, %u failed, %u workers expelled, %u stuck, "
+                  "%u leases revoked, %u results too late\n",
+                  seeds.first, seeds.first + seeds.count - 1, tally.surveyed, tally.done, tally.failed, tally.expelled,
                   tally.stuck, tally.revoked, tally.late);
-}
-
-static uint32_t number_or(const char *text, uint32_t otherwise)
-{
-    return text ? (uint32_t)strtoul(text, NULL, 10) : otherwise;
 }
 
 static int finish(void **state)
@@ -550,14 +486,13 @@ static int finish(void **state)
     (void)state;
     scheduler_destroy(&world.scheduler);
     free(world.actions.items);
-    free(world.happenings);
+    queue_finish(&world.happenings);
     return 0;
 }
 
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_histories)};
-    first_seed = number_or(argc > 1 ? argv[1] : getenv("FIRST_SEED"), 1);
-    seed_count = argc > 1 ? 1 : number_or(getenv("SEEDS"), 300);
+    seeds_choose(argc, argv, 2000);
     return cmocka_run_group_tests_name("scheduler simulation", tests, NULL, finish);
 }

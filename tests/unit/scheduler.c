@@ -186,6 +186,22 @@ static void test_silence(void **state)
     assert_true(scheduler_deadline(scheduler) == INT64_MAX);
 }
 
+/* After the coordinator itself stood still all seem silent, until what they said meanwhile has been told. */
+static void test_standstill(void **state)
+{
+    (void)state;
+    start(50);
+    tell(job(100));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 1));
+    now_ms += 2 * SILENCE_MS;
+    actions.count = 0;
+    scheduler_handle(scheduler, &(struct event){.kind = EVENT_BEAT, .worker = 1}, now_ms, &actions);
+    assert_int_equal(actions.count, 0);
+    expect(plain(EVENT_BEAT, 2), "");
+    expect(plain(EVENT_TICK, 0), "");
+}
+
 static void test_drain(void **state)
 {
     (void)state;
@@ -507,6 +523,7 @@ int main(void)
         cmocka_unit_test_teardown(test_guided_bands_shrink, finish),
         cmocka_unit_test_teardown(test_lost_bands_come_first, finish),
         cmocka_unit_test_teardown(test_silence, finish),
+        cmocka_unit_test_teardown(test_standstill, finish),
         cmocka_unit_test_teardown(test_drain, finish),
         cmocka_unit_test_teardown(test_leaving_is_no_loss, finish),
         cmocka_unit_test_teardown(test_three_losses, finish),

@@ -1,0 +1,284 @@
+/*
+ * The coordinator of a farm on a virtual clock: a real dispatcher with real jobs, whose files are written, in a loop as
+ * in coordinator/farm.c; and what must be true of it at any time, and in the end.
+ */
+#ifndef WEFT_TESTS_COORDINATOR_H
+#define WEFT_TESTS_COORDINATOR_H
+
+#include "coordinator/dispatcher_private.h"
+#include "tests/sim/network.h"
+#include "tests/sim/pictures.h"
+#include "tests/sim/worker.h"
+
+enum {
+    GOODBYE_MS = 500,     /* as long as coordinator/farm.c waits for answers */
+    STANDSTILL_MS = 2500, /* nobody minds that a coordinator stands still for so long */
+};
+
+static struct {
+    struct dispatcher *dispatcher; /* NULL: it does not run */
+    struct render_job jobs[JOBS_MAX];
+    uint32_t job_count, jobs_added;
+    bool ending, crashed;
+    int64_t stopped_until_ms;
+    enum message_kind hearing; /* what it is taking; 0: nothing */
+    bool deaf;                 /* to that, which nobody present has said */
+    uint32_t hellos;           /* that it has taken */
+} coordinator;
+
+static const char *const job_files[JOBS_MAX] = {"first", "second"};
+
+/* What the histories held, over all seeds. */
+static struct {
+    unsigned renders, done, failed, crashed, altered, joined, lost, bands;
+} tally;
+
+/* --- what it says ----------------------------------------------------------------------------------------- */
+
+/* The worker that has this address and this epoch, which is drawn anew for each, and is not gone. */
+static const struct peer *find_present(const struct wire_peer *address, uint64_t epoch)
+{
+    const struct dispatcher *d = coordinator.dispatcher;
+    for (size_t i = 0; i < d->peer_count; i++)
+        if (!d->peers[i].gone && d->peers[i].epoch == epoch && wire_peer_equal(&d->peers[i].address, address))
+            return &d->peers[i];
+    return NULL;
+}
+
+/* Nothing is said to those that are gone, and nothing is answered to what belongs to no conversation. */
+static void check_said(const struct link *link, const struct peer *peer, const struct message *message)
+{
+    require(peer || message->kind == MESSAGE_REFUSE, "something is said to worker %u, which is gone", link->worker);
+    require(!coordinator.deaf, "a message of no conversation is answered");
+    require(!peer || message->kind != MESSAGE_BAND || !peer->draining, "worker %u, which drains, gets a band",
+            link->worker);
+    require(!peer || coordinator.ending || message->epoch != link->farewell,
+            "something is said to worker %u after its goodbye", link->worker);
+}
+
+/* Who is said goodbye for its silence has said nothing that waits to be heard. */
+static void check_goodbye(const struct link *link)
+{
+    bool for_silence = !coordinator.ending && coordinator.hearing != MESSAGE_FAILED;
+    require(!for_silence || !network_waits(link), "worker %u is expelled though it spoke", link->worker);
+}
+
+/* Takes the place of wire_server_send. */
+static bool send_down(void *context, const struct wire_peer *to, const void *data, size_t size)
+{
+    (void)context;
+    struct message message;
+    struct error error;
+    struct link *link = link_at(to);
+    if (message_decode(&message, data, size, &error) != STATUS_OK)
+        require(false, "the coordinator says: %s", error.text);
+    check_said(link, find_present(to, message.epoch), &message);
+    if (message.kind == MESSAGE_GOODBYE) {
+        check_goodbye(link);
+        link->farewell = message.epoch;
+    }
+    return network_send_down(to, data, size);
+}
+
+static void add_job(void)
+{
+    struct render_job *job = &coordinator.jobs[coordinator.jobs_added++];
+    dispatcher_add_job(coordinator.dispatcher, job, history.now_ms);
+}
+
+static void start_coordinator(void)
+{
+    const struct dispatcher_config config = {.band_rows = chance(50) ? 0 : draw(1, 10), .send = send_down,
+                                             .host = "host0"};
+    coordinator.dispatcher = dispatcher_create(&config, history.now_ms);
+    for (uint32_t i = 0; i < coordinator.job_count; i++)
+        picture_job(farm.pictures[i], job_files[i], &coordinator.jobs[i]);
+    coordinator.jobs_added = 0;
+    coordinator.crashed = coordinator.ending = false;
+    coordinator.hellos = 0;
+    farm.up = true;
+    farm.disturbed = false;
+    add_job();
+    if (coordinator.job_count > 1 && chance(70))
+        add_job();
+    else if (coordinator.job_count > 1)
+        happen(LATE_JOB, 0, 0, history.now_ms + draw(0, 20000));
+}
+
+static bool is_over(void)
+{
+    return coordinator.crashed || (dispatcher_is_over(coordinator.dispatcher) &&
+                                   (coordinator.jobs_added == coordinator.job_count ||
+                                    dispatcher_status(coordinator.dispatcher, &(struct error){""}) != STATUS_OK));
+}
+
+/* What it keeps of a worker is bounded by what it gave that worker to do. */
+static void check_peer(const struct peer *peer)
+{
+    struct scheduler *scheduler = coordinator.dispatcher->scheduler;
+    struct action grant;
+    if (coordinator.ending) /* the scheduler is told nothing any more */
+        return;
+    require(!peer->gone || (peer->incoming_count == 0 && scheduler_held(scheduler, peer->number) == 0),
+            "worker %u is gone and holds bands", peer->number);
+    for (size_t i = 0; i < peer->incoming_count; i++)
+        require(scheduler_lease(scheduler, peer->number, peer->incoming[i].lease, &grant),
+                "results are kept that worker %u does not owe", peer->number);
+}
+
+static void check_rest(void)
+{
+    const struct dispatcher *d = coordinator.dispatcher;
+    require(!d->answering && d->event_count == 0, "the dispatcher is not at rest");
+    require(d->peer_count <= coordinator.hellos, "%zu workers of %u HELLOs", d->peer_count, coordinator.hellos);
+    for (size_t i = 0; i < d->peer_count; i++)
+        check_peer(&d->peers[i]);
+}
+
+static void hear(const struct packet *packet, size_t from)
+{
+    struct message message;
+    struct error error;
+    const struct wire_peer address = address_of(from);
+    bool sound = message_decode(&message, packet->bytes.data, packet->bytes.size, &error) == STATUS_OK;
+    farm.altered |= sound && packet->altered && decides_pixels(message.kind);
+    coordinator.hearing = sound ? message.kind : 0;
+    coordinator.deaf = !sound || (message.kind != MESSAGE_HELLO && !find_present(&address, message.epoch));
+    coordinator.hellos += sound && message.kind == MESSAGE_HELLO;
+    dispatcher_take_message(coordinator.dispatcher, &address, packet->bytes.data, packet->bytes.size, history.now_ms);
+    coordinator.hearing = 0;
+    coordinator.deaf = false;
+    check_rest();
+}
+
+static void stop_coordinator(uint32_t ms)
+{
+    coordinator.stopped_until_ms = history.now_ms + ms;
+    farm.disturbed |= ms > STANDSTILL_MS;
+    happen(COORDINATOR_TURN, 0, 0, coordinator.stopped_until_ms);
+}
+
+/* As the loop of coordinator/farm.c, and while it ends, as that of its end. */
+static void coordinator_turn(void)
+{
+    struct packet packet;
+    size_t from;
+    if (!coordinator.dispatcher || history.now_ms < coordinator.stopped_until_ms)
+        return;
+    while (network_take_up(&packet, &from)) {
+        hear(&packet, from);
+        bytes_finish(&packet.bytes);
+    }
+    if (coordinator.ending)
+        return;
+    if (chance(1))
+        stop_coordinator(draw(1, 300)); /* it has other things to do too */
+    dispatcher_tick(coordinator.dispatcher, history.now_ms);
+    check_rest();
+    require(dispatcher_deadline(coordinator.dispatcher) > history.now_ms, "the dispatcher's deadline is past");
+}
+
+static int64_t coordinator_deadline(void)
+{
+    if (!coordinator.dispatcher || coordinator.ending)
+        return INT64_MAX;
+    int64_t deadline_ms = dispatcher_deadline(coordinator.dispatcher);
+    return deadline_ms > coordinator.stopped_until_ms ? deadline_ms : coordinator.stopped_until_ms;
+}
+
+/* Of the first host, on which the coordinator is. */
+static void tell_death(uint32_t pid)
+{
+    const struct dispatcher *d = coordinator.dispatcher;
+    if (!d)
+        return;
+    if (history.now_ms < coordinator.stopped_until_ms) {
+        happen(DEATH_IS_TOLD, 0, pid, coordinator.stopped_until_ms);
+        return;
+    }
+    dispatcher_lose_process(coordinator.dispatcher, pid, history.now_ms);
+    for (size_t i = 0; i < d->peer_count; i++)
+        require(d->peers[i].gone || d->peers[i].pid != pid || strcmp(d->peers[i].host, "host0") != 0,
+                "process %u is dead and still there", pid);
+    check_rest();
+}
+
+/* --- its end ---------------------------------------------------------------------------------------------- */
+
+/* Every row was accepted once. */
+static void check_rows(const struct render_job *job)
+{
+    uint32_t seen[128] = {0};
+    for (size_t i = 0; i < job->band_count; i++)
+        for (uint32_t row = 0; row < job->bands[i].rows; row++)
+            seen[job->bands[i].first_row + row]++;
+    for (uint32_t row = 0; row < job->settings.height; row++)
+        require(seen[row] == 1, "row %u was accepted %u times", row, seen[row]);
+    tally.bands += (unsigned)job->band_count;
+}
+
+static uint32_t count_gone(void)
+{
+    struct snapshot snapshot = dispatcher_snapshot(coordinator.dispatcher, history.now_ms);
+    uint32_t gone = 0;
+    for (size_t i = 0; i < snapshot.worker_count; i++)
+        gone += snapshot.workers[i].state == WORKER_GONE;
+    tally.joined += (unsigned)snapshot.worker_count;
+    tally.lost += gone;
+    return gone;
+}
+
+static void check_done(void)
+{
+    const struct dispatcher *d = coordinator.dispatcher;
+    for (uint32_t i = 0; i < coordinator.job_count; i++) {
+        require(coordinator.jobs[i].state == JOB_DONE, "job %u is not done", i);
+        check_rows(&coordinator.jobs[i]);
+    }
+    for (size_t i = 0; i < d->peer_count; i++)
+        require(scheduler_held(d->scheduler, d->peers[i].number) == 0, "worker %zu holds bands of nothing", i + 1);
+    tally.done++;
+}
+
+static void check_outcome(void)
+{
+    struct error error = {""};
+    uint32_t gone = count_gone();
+    tally.renders++;
+    if (coordinator.crashed) {
+        tally.crashed++;
+    } else if (dispatcher_status(coordinator.dispatcher, &error) == STATUS_OK) {
+        check_done();
+    } else {
+        require(error.text[0] && gone >= SCHEDULER_LOSSES_MAX, "failed with %u workers gone: %s", gone, error.text);
+        tally.failed++;
+    }
+}
+
+/* A file is there if its job is done, and then it is the right one. */
+static void check_files(uint32_t number, bool done)
+{
+    struct bytes files[PICTURE_FILES], none[PICTURE_FILES] = {{0}};
+    const struct picture *picture = farm.pictures[number];
+    take_files(picture, job_files[number], files);
+    require(!done || files[0].size > 0, "job %u is done, but not there", number);
+    require(done || same_files(files, none), "job %u is there, but not done", number);
+    require(!done || farm.altered || same_files(files, picture->files), "job %u is another picture", number);
+    finish_files(files);
+}
+
+static void end_coordinator(void)
+{
+    dispatcher_destroy(&coordinator.dispatcher);
+    network_lose_coordinator();
+    farm.up = false;
+    for (uint32_t i = 0; i < coordinator.job_count; i++) {
+        bool done = coordinator.jobs[i].state == JOB_DONE;
+        render_job_finish(&coordinator.jobs[i]);
+        check_files(i, done);
+    }
+    for (uint32_t i = 0; i < worker_count; i++)
+        workers[i].joined = false;
+}
+
+#endif
