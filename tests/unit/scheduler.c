@@ -423,10 +423,12 @@ static void test_stuck(void **state)
     now_ms += 1999;
     expect(beat(2, 5), "");
     now_ms++;
-    expect(beat(2, 5), "expel w2");
+    expect(plain(EVENT_TICK, 0), "expel w2");
     assert_true(actions.items[0].stuck);
-    for (int i = 0; i < 30; i++, now_ms += 3000)
+    for (int i = 0; i < 30; i++, now_ms += 3000) {
         expect(beat(1, progress), "");
+        expect(plain(EVENT_TICK, 0), "");
+    }
     expect(result(1, 1), "ack w1 #1, accept j0 0+10, grant w1 j0 10+10 #3");
 }
 
