@@ -60,7 +60,7 @@ FUZZ_TARGETS = $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard te
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c)) $(FUZZ_TARGETS:%=$(B)/tests/fuzz/%.t)
 SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t tests/bench/*/*.t)
 
-.PHONY: all demo test test-one-mode test-isa fuzz fuzz-targets soak bench bench-peers bench-error clean help
+.PHONY: all demo test test-one-mode test-isa fuzz fuzz-targets soak bench bench-scale bench-peers bench-error clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
@@ -74,6 +74,8 @@ help:
 	@echo 'make soak SEEDS=100000'
 	@echo '                so many histories of each simulation (FIRST_SEED=7: from that one on); what fails names its seed'
 	@echo 'make bench      kernels, trees, whole renders, the cost of the farm: figures on stdout'
+	@echo 'make bench-scale'
+	@echo '                thousands of workers, pictures of gigabytes: figures on stdout (ten minutes)'
 	@echo 'make bench-peers'
 	@echo '                CPU time against POV-Ray and Tachyon (installing them, by apt); FULL=1: at full size;'
 	@echo '                NFF=FOLDER: other copies of the .nff scenes; PEERS=--help: other options of the script'
@@ -201,6 +203,11 @@ bench: all $(BENCHES)
 	$(B)/bench/stages 512 scenes/showcase.json $(wildcard tests/bench/scenes/*.nff)
 	$(B)/bench/render 320 $(filter-out %.schema.json,$(wildcard scenes/*.json)) $(wildcard tests/bench/scenes/*.nff)
 	$(B)/bench/farm $(B)/weft scenes/showcase.json scenes/first.json
+
+bench-scale: all $(BENCHES)
+	$(B)/bench/schedule
+	$(B)/bench/crowd $(B)/weft scenes/first.json 1000 5000
+	$(B)/bench/large $(B)/weft $(B)/weft-worker scenes/first.json 30000
 
 bench-peers: all $(B)/bench/export
 	WEFT_BUILD=$(B) CC=$(CC) tests/bench/peers/run $(if $(FULL),--full) $(if $(NFF),--nff '$(NFF)') $(PEERS)

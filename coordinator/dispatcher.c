@@ -24,6 +24,7 @@ void dispatcher_destroy(struct dispatcher **pointer)
         return;
     for (size_t i = 0; i < d->peer_count; i++)
         peer_finish(&d->peers[i]);
+    peer_index_finish(&d->peers_by_address);
     scheduler_destroy(&d->scheduler);
     free(d->events);
     free(d->job_views);

@@ -75,6 +75,7 @@ static void grant(struct dispatcher *d, const struct action *action)
     struct render_job *job = d->jobs[action->job];
     const struct sampling *sampling = action->pass == PASS_SURVEY ? &job->surveying : &job->sampling;
     start_job(d, job, action->pass);
+    peer_numbered(d, action->worker)->bands_held++;
     dispatcher_send_peer(d, peer_numbered(d, action->worker), (struct message){.kind = MESSAGE_BAND, .band = {
         .job = action->job, .lease = action->lease, .pass = action->pass, .first_row = action->first_row,
         .rows = action->rows, .sampling = {sampling->least, sampling->most, sampling->threshold}}});
@@ -97,6 +98,7 @@ static void accept_result(struct dispatcher *d, const struct action *action, con
     const struct band_account account = {.first_row = action->first_row, .rows = action->rows,
                                          .worker = action->worker, .lease_ms = action->lease_ms};
     struct error error;
+    peer_numbered(d, action->worker)->bands_held--;
     enum status status = render_job_take(job, action->pass, account, result, &error);
     if (status != STATUS_OK)
         fail_job(d, job, status, &error);
@@ -170,6 +172,7 @@ static void carry_out(struct dispatcher *d, const struct action *action, const u
         break;
     case ACTION_REVOKE:
         peer_drop(peer_numbered(d, action->worker), action->lease);
+        peer_numbered(d, action->worker)->bands_held--;
         dispatcher_send_peer(d, peer_numbered(d, action->worker),
                   (struct message){.kind = MESSAGE_REVOKE, .revoke = {action->lease}});
         break;

@@ -24,10 +24,8 @@ static void refuse(struct dispatcher *d, const struct wire_peer *address, const 
 
 static struct peer *find_peer(struct dispatcher *d, const struct wire_peer *address)
 {
-    for (size_t i = d->peer_count; i-- > 0;)
-        if (!d->peers[i].gone && wire_peer_equal(&d->peers[i].address, address))
-            return &d->peers[i];
-    return NULL;
+    uint32_t number = peer_index_find(&d->peers_by_address, d->peers, address);
+    return number && !d->peers[number - 1].gone ? &d->peers[number - 1] : NULL;
 }
 
 static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
@@ -40,6 +38,7 @@ static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *addre
     randombytes_buf(&peer->epoch, sizeof peer->epoch);
     memcpy(peer->host, hello->hello.host, sizeof peer->host);
     memcpy(peer->kernel, hello->hello.kernel, sizeof peer->kernel);
+    peer_index_add(&d->peers_by_address, d->peers, peer->number);
     return peer;
 }
 

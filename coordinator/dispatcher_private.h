@@ -4,6 +4,7 @@
 
 #include "coordinator/dispatcher.h"
 #include "coordinator/peer.h"
+#include "coordinator/peer_index.h"
 #include "coordinator/scheduler.h"
 
 struct dispatcher {
@@ -18,6 +19,7 @@ struct dispatcher {
     size_t expelled_count, expelled_capacity;
     struct peer *peers; /* all that ever joined */
     size_t peer_count, peer_capacity;
+    struct peer_index peers_by_address;
     int64_t started_ms, beat_ms;
     struct job_snapshot *job_views; /* of dispatcher_snapshot */
     struct worker_snapshot *worker_views;

@@ -3,33 +3,32 @@
 #include "base/memory.h"
 #include "coordinator/dispatcher_private.h"
 
-static enum worker_state state_of(const struct dispatcher *d, const struct peer *peer, uint32_t *held)
+static enum worker_state state_of(const struct peer *peer)
 {
-    *held = peer->gone ? 0 : (uint32_t)scheduler_held(d->scheduler, peer->number);
     if (peer->gone)
         return WORKER_GONE;
     if (peer->draining)
         return WORKER_DRAINING;
-    if (*held > 0)
+    if (peer->bands_held > 0)
         return WORKER_WORKING;
     return peer->bands_done > 0 ? WORKER_IDLE : WORKER_LOADING;
 }
 
-static struct worker_snapshot show_peer(const struct dispatcher *d, const struct peer *peer, int64_t now_ms)
+static struct worker_snapshot show_peer(const struct peer *peer, int64_t now_ms)
 {
-    struct worker_snapshot view = {
+    return (struct worker_snapshot){
         .number = peer->number,
         .host = peer->host,
         .kernel = peer->kernel,
         .pid = peer->pid,
         .threads = peer->threads,
+        .state = state_of(peer),
+        .bands_held = peer->gone ? 0 : peer->bands_held,
         .bands_done = peer->bands_done,
         .rows_done = peer->rows_done,
         .rays = peer_rays(peer),
         .rays_per_second = peer_rate(peer, now_ms),
     };
-    view.state = state_of(d, peer, &view.bands_held);
-    return view;
 }
 
 static struct job_snapshot show_job(const struct dispatcher *d, size_t index, int64_t now_ms)
@@ -78,7 +77,7 @@ struct snapshot dispatcher_snapshot(struct dispatcher *d, int64_t now_ms)
         snapshot.rays += d->job_views[i].rays;
     }
     for (size_t i = 0; i < d->peer_count; i++) {
-        d->worker_views[i] = show_peer(d, &d->peers[i], now_ms);
+        d->worker_views[i] = show_peer(&d->peers[i], now_ms);
         snapshot.rays_per_second += d->worker_views[i].rays_per_second;
     }
     return snapshot;

@@ -26,6 +26,7 @@ struct farm {
     char host[MESSAGE_HOST_BYTES];
     int signals; /* descriptor */
     struct dispatcher *dispatcher;
+    int64_t ticked_ms;
 };
 
 /* --- starting --------------------------------------------------------------------------------------------- */
@@ -162,15 +163,31 @@ static int take_signals(struct farm *farm)
     return 0;
 }
 
-/* Those that wait; a bounded number, so that no flood of them keeps the rest from its turn. */
-static void take_messages(struct farm *farm)
+/* Takes those that wait; a bounded number, so that no flood of them keeps the rest from its turn. Returns whether all are
+ * taken. */
+static bool take_messages(struct farm *farm)
 {
     enum { MESSAGES_AT_ONCE = 1000 };
     struct bytes data = {0};
     struct wire_peer from;
-    for (int i = 0; i < MESSAGES_AT_ONCE && wire_server_receive(farm->server, &from, &data); i++)
+    int taken = 0;
+    while (taken < MESSAGES_AT_ONCE && wire_server_receive(farm->server, &from, &data)) {
         dispatcher_take_message(farm->dispatcher, &from, data.data, data.size, clock_now_ms());
+        taken++;
+    }
     bytes_finish(&data);
+    return taken < MESSAGES_AT_ONCE;
+}
+
+/* Who seems silent may wait to be heard, so nobody is judged while messages wait, unless they do for too long. */
+static void tick(struct farm *farm, bool all_taken)
+{
+    enum { LATEST_MS = 2000 };
+    int64_t now_ms = clock_now_ms();
+    if (!all_taken && now_ms - farm->ticked_ms < LATEST_MS)
+        return;
+    dispatcher_tick(farm->dispatcher, now_ms);
+    farm->ticked_ms = clock_now_ms();
 }
 
 /* With no local worker left that could be started again and nobody else able to come, waiting would be for ever. */
@@ -220,8 +237,7 @@ enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int 
         *interrupted = take_signals(farm);
         if (*interrupted)
             break;
-        take_messages(farm);
-        dispatcher_tick(farm->dispatcher, clock_now_ms());
+        tick(farm, take_messages(farm));
         kill_expelled(farm);
         check_hope(farm);
         tell_done(farm, done, context);

@@ -30,7 +30,7 @@ struct peer {
     bool draining;
     struct incoming *incoming;
     size_t incoming_count, incoming_capacity;
-    uint32_t bands_done;
+    uint32_t bands_held, bands_done;
     uint64_t rows_done;
     uint64_t rays_returned; /* in the bands that it returned */
     uint64_t rays;          /* since it joined, by its last beat, which also counts bands in work */

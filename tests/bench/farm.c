@@ -4,44 +4,13 @@
  * `WEFT render` against the same core called in one process; both as processes of their own, from loading the scene
  * to the last pixel (and for weft, the PNG). Then SCENE with one to all cores' threads, and as many workers.
  */
-#include <spawn.h>
-#include <stdio.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include "base/clock.h"
 #include "base/cpu.h"
 #include "base/options.h"
 #include "scene/load.h"
 #include "tests/bench/bench.h"
-
-extern char **environ;
+#include "tests/bench/process.h"
 
 enum { ROUNDS = 5 };
-
-/* Of a process and its children. */
-struct cost {
-    double wall_seconds, cpu_seconds;
-};
-
-static double seconds_of(struct timeval time)
-{
-    return (double)time.tv_sec + 1e-6 * (double)time.tv_usec;
-}
-
-/* Waits for the process, which started at start_us. Ends this one if it failed. */
-static struct cost wait_for(pid_t pid, int64_t start_us, const char *name)
-{
-    int status;
-    struct rusage usage;
-    if (pid < 0 || wait4(pid, &status, 0, &usage) != pid || status != 0) {
-        fprintf(stderr, "farm: %s failed\n", name);
-        exit(STATUS_FAILED);
-    }
-    return (struct cost){1e-6 * (double)(clock_now_us() - start_us),
-                         seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime)};
-}
 
 /* --- the two ways to render --------------------------------------------------------------------------------- */
 
@@ -52,7 +21,7 @@ struct task {
     char output[64];
 };
 
-static struct cost render_by_farm(const struct task *task)
+static struct process_cost render_by_farm(const struct task *task)
 {
     char size[32], threads[16], workers[16];
     snprintf(size, sizeof size, "%ux%u", task->width, task->height);
@@ -60,11 +29,8 @@ static struct cost render_by_farm(const struct task *task)
     snprintf(workers, sizeof workers, "%u", task->workers);
     const char *argv[] = {task->weft, "render", task->scene, "--quiet", "--output", task->output, "--samples", "1",
                           "--size", size, "--threads", threads, "--workers", workers, NULL};
-    pid_t pid = -1;
-    int64_t start = clock_now_us();
-    if (posix_spawn(&pid, task->weft, NULL, NULL, (char **)argv, environ) != 0)
-        pid = -1;
-    return wait_for(pid, start, task->weft);
+    struct process process = process_start(argv);
+    return process_wait(&process, task->weft);
 }
 
 /* In a process of its own; its exit status is 0 if the scene could be loaded. */
@@ -86,14 +52,13 @@ static void load_and_render(const struct task *task)
     _exit(0);
 }
 
-static struct cost render_in_process(const struct task *task)
+static struct process_cost render_in_process(const struct task *task)
 {
     fflush(stdout);
-    int64_t start = clock_now_us();
-    pid_t pid = fork();
-    if (pid == 0)
+    struct process process = {.start_us = clock_now_us(), .pid = fork()};
+    if (process.pid == 0)
         load_and_render(task);
-    return wait_for(pid, start, "the render in one process");
+    return process_wait(&process, "the render in one process");
 }
 
 /* --- tables ------------------------------------------------------------------------------------------------- */
@@ -105,22 +70,22 @@ static int compare_doubles(const void *left, const void *right)
 }
 
 /* Component by component. */
-static struct cost median_cost(struct cost (*render)(const struct task *task), const struct task *task)
+static struct process_cost median_cost(struct process_cost (*render)(const struct task *task), const struct task *task)
 {
     double wall[ROUNDS], cpu[ROUNDS];
     for (int i = 0; i < ROUNDS; i++) {
-        struct cost cost = render(task);
+        struct process_cost cost = render(task);
         wall[i] = cost.wall_seconds;
         cpu[i] = cost.cpu_seconds;
     }
     qsort(wall, ROUNDS, sizeof *wall, compare_doubles);
     qsort(cpu, ROUNDS, sizeof *cpu, compare_doubles);
-    return (struct cost){wall[ROUNDS / 2], cpu[ROUNDS / 2]};
+    return (struct process_cost){.wall_seconds = wall[ROUNDS / 2], .cpu_seconds = cpu[ROUNDS / 2]};
 }
 
 static void print_overhead(const struct task *task)
 {
-    struct cost alone = median_cost(render_in_process, task), farm = median_cost(render_by_farm, task);
+    struct process_cost alone = median_cost(render_in_process, task), farm = median_cost(render_by_farm, task);
     printf("%s %ux%u\n  one process  wall %8.1f ms  CPU %8.1f ms\n  weft render  wall %8.1f ms  CPU %8.1f ms\n"
            "  the farm's   wall %8.1f ms  CPU %8.1f ms (%.1f %%)\n",
            task->scene, task->width, task->height, 1e3 * alone.wall_seconds, 1e3 * alone.cpu_seconds,
@@ -137,7 +102,7 @@ static void print_scaling(struct task task, bool by_workers)
     for (unsigned n = 1; n <= most; n = n < most && 2 * n > most ? most : 2 * n) {
         task.threads = n;
         task.workers = by_workers ? n : 1;
-        struct cost cost = median_cost(render_by_farm, &task);
+        struct process_cost cost = median_cost(render_by_farm, &task);
         if (n == 1)
             first = cost.wall_seconds;
         printf("%4u workers %4u threads  wall %8.1f ms  CPU %8.1f ms  speed-up %5.2f\n", task.workers, n,
