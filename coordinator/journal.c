@@ -45,7 +45,7 @@ struct journal {
 
 static enum status fail(const struct journal *j, const char *doing, int number, struct error *error)
 {
-    return error_set(error, STATUS_OUTPUT, "%s: %s: %s", j->path, doing, strerror(number));
+    return error_set(error, STATUS_OUTPUT, "%s: its journal %s %s: %s", j->output, j->path, doing, strerror(number));
 }
 
 /* --- files ------------------------------------------------------------------------------------------------ */
@@ -132,7 +132,7 @@ static enum status open_nameless(struct journal *j, struct error *error)
     if (j->fd >= 0)
         unlink(name);
     free(name);
-    return j->fd >= 0 ? STATUS_OK : fail(j, "cannot make a file beside it for rows that wait", number, error);
+    return j->fd >= 0 ? STATUS_OK : fail(j, "cannot have a file beside it for rows that wait", number, error);
 }
 
 /* --- the thread that brings bands to disk ----------------------------------------------------------------- */

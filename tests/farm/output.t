@@ -54,11 +54,13 @@ else
         exits 4 "a full disk, .$format" \
             bash -c 'full "$@"' full "$weft" render "$scenes/showcase.json" --size 200x120 -o "$tmp/small/new.$format"
         like "is told with the path" "$err" "^weft: $tmp/small/new.$format: .*No space left"
-        is "nothing is left of it" "$out" old.png
+        is "nothing is left of it but the journal" "$out" ".new.$format.journal
+old.png"
     done
     exits 4 "a full disk under an old picture" \
         bash -c 'full "$@"' full "$weft" render "$scenes/showcase.json" --size 200x120 --bits 16 -o "$tmp/small/old.png"
-    is "which keeps its bytes" "$out" old.png
+    is "which keeps its bytes, beside the journal" "$out" ".old.png.journal
+old.png"
 fi
 
 # A limit on the size of files, as batch systems set it.

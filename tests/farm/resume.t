@@ -80,7 +80,6 @@ cp "$tmp/journal" "$tmp/pictures/.whole.png.journal"
 go_on "killed after the last row or shortly before" whole "$tmp/slow.png" "${quick[@]}"
 
 # --- what it cannot go on from --------------------------------------------------------------------------------
-sed -i 's/"\(mesh\|image\)": *"/&'"${scenes//\//\\/}"'\//' "$tmp/scene.json"
 changed=(--size 160x90 --samples 4)
 interrupt stale 20 KILL "${slow[@]}"
 exits 0 "other settings: the render is done" "$weft" render "$scenes/showcase.json" "${changed[@]}" \

@@ -300,7 +300,7 @@ static void test_full_disk(void **state)
     enum status status = journal_add(journal, &band, data, &error);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
     assert_int_equal(status, STATUS_OUTPUT);
-    assert_non_null(strstr(error.text, ".out.png.journal: cannot be written: File too large"));
+    assert_non_null(strstr(error.text, ".out.png.journal cannot be written: File too large"));
     journal_close(&journal, false);
     journal = open_again();
     expect_bands(journal, 2);
