@@ -58,9 +58,11 @@ PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker
 
 FUZZ_TARGETS = $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c)) $(FUZZ_TARGETS:%=$(B)/tests/fuzz/%.t)
-SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/golden/*.t tests/bench/*/*.t)
+SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/fault/*.t tests/golden/*.t tests/bench/*/*.t)
+FAIL    = $(B)/tests/fault/fail.so
 
-.PHONY: all demo test test-one-mode test-isa fuzz fuzz-targets soak bench bench-scale bench-peers bench-error clean help
+.PHONY: all demo test test-one-mode test-isa chaos failures fuzz fuzz-targets soak bench bench-scale bench-peers \
+        bench-error clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
@@ -73,6 +75,8 @@ help:
 	@echo 'make fuzz       readers of files and messages under libFuzzer, S=60 seconds each (with clang); T=TARGET: one'
 	@echo 'make soak SEEDS=100000'
 	@echo '                so many histories of each simulation (FIRST_SEED=7: from that one on); what fails names its seed'
+	@echo 'make chaos      renders while links, workers and coordinators fail at random, for S=600 seconds (as root)'
+	@echo 'make failures   every operation that can fail does, allocations too: minutes'
 	@echo 'make bench      kernels, trees, whole renders, the cost of the farm: figures on stdout'
 	@echo 'make bench-scale'
 	@echo '                thousands of workers, pictures of gigabytes: figures on stdout (ten minutes)'
@@ -148,8 +152,23 @@ test:
 	$(MAKE) MODE=release B=$(B) test-one-mode
 	$(MAKE) MODE=sanitize B=$(B)/sanitize test-one-mode
 
-test-one-mode: all $(C_TESTS)
+test-one-mode: all $(C_TESTS) $(FAIL)
 	CMOCKA_MESSAGE_OUTPUT=TAP WEFT_BUILD=$(B) WEFT_MODE=$(MODE) $(PROVE) --timer -e '' $(TESTS) $(if $(TESTS),,$(C_TESTS) $(SHELL_TESTS))
+
+# Loaded into the programs to make their operations fail; so it has no sanitizers itself.
+$(FAIL): tests/fault/fail.c | $(B)/dependencies
+	@mkdir -p $(@D)
+	$(if $(V),,@echo '  CC   $<')
+	$(Q)$(CC) -D_GNU_SOURCE -std=c11 -O2 -g $(WARN) -fPIC -shared -o $@ $<
+
+# For S seconds; SEED=N makes the choices of an earlier run again.
+chaos: S = 600
+chaos: all
+	WEFT_BUILD=$(B) WEFT_MODE=$(MODE) tests/fault/chaos $(S) $(SEED)
+
+# What make test tries some of.
+failures: all $(FAIL)
+	WEFT_BUILD=$(B) WEFT_MODE=$(MODE) FULL=1 $(PROVE) --timer -e '' tests/fault/fail-*.t
 
 # What cannot be installed here is skipped there.
 test-isa: $(B)/tests/isa/signature.t

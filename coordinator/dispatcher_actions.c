@@ -1,6 +1,7 @@
 /* What the scheduler decides, carried out. */
 #include <assert.h>
 #include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -142,9 +143,11 @@ static void expel(struct dispatcher *d, const struct action *action)
     struct peer *peer = peer_numbered(d, action->worker);
     if (peer->gone) /* as an action just before this one has shown */
         return;
-    log_warning("worker %u (%s, process %u) %s; its bands go to others", peer->number, peer->host, peer->pid,
-                action->stuck ? "has not got on for too long" : "has been silent too long");
-    dispatcher_send_to(d, &peer->address, &(struct message){.kind = MESSAGE_GOODBYE, .epoch = peer->epoch});
+    const char *why = action->stuck ? "has not got on for too long" : "has been silent too long";
+    struct message refusal = {.kind = MESSAGE_REFUSE, .epoch = peer->epoch};
+    snprintf(refusal.refuse.reason, sizeof refusal.refuse.reason, "it %s", why);
+    log_warning("worker %u (%s, process %u) %s; its bands go to others", peer->number, peer->host, peer->pid, why);
+    dispatcher_send_to(d, &peer->address, &refusal);
     peer->gone = true;
     peer->failed |= action->stuck;
     peer_finish(peer);

@@ -169,6 +169,15 @@ static void take_peer_message(struct dispatcher *d, struct peer *peer, const str
     }
 }
 
+/* Of a conversation that this side does not know, or no longer: its connection was lost and made anew, the worker was
+ * given up, or another coordinator was here before. Told so it joins at once instead of after a silence. */
+static void end_unknown(struct dispatcher *d, const struct wire_peer *address, const struct message *message)
+{
+    if (!d->ending && message->kind != MESSAGE_GOODBYE)
+        dispatcher_send_to(d, address, &(struct message){.kind = MESSAGE_REFUSE, .epoch = message->epoch,
+                                                      .refuse.reason = "its connection was lost"});
+}
+
 void dispatcher_take_message(struct dispatcher *d, const struct wire_peer *from, const void *data, size_t size,
                              int64_t now_ms)
 {
@@ -188,4 +197,6 @@ void dispatcher_take_message(struct dispatcher *d, const struct wire_peer *from,
         take_hello(d, from, &message);
     else if (peer && message.epoch == peer->epoch)
         take_peer_message(d, peer, &message);
+    else if (!peer)
+        end_unknown(d, from, &message);
 }

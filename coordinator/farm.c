@@ -71,7 +71,7 @@ static enum status start(struct farm *farm, struct error *error)
         return status;
     farm->server = wire_server_create(farm->config.keys, error);
     if (!farm->server)
-        return STATUS_FAILED;
+        return STATUS_INTERNAL;
     status = listen_everywhere(farm, error);
     if (status != STATUS_OK)
         return status;

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/abort.h"
 #include "base/error.h"
 #include "base/log.h"
 #include "coordinator/commands.h"
@@ -32,6 +33,7 @@ static void print_help(FILE *to)
 int main(int argc, char **argv)
 {
     log_start("weft", LOG_WARNING);
+    abort_becomes_status("weft");
     const char *name = argc > 1 ? argv[1] : "";
     for (size_t i = 0; i < COMMANDS; i++)
         if (strcmp(name, commands[i].name) == 0)

@@ -23,6 +23,7 @@ export ASAN_OPTIONS=log_path=$tmp/sanitizer/report UBSAN_OPTIONS=log_path=$tmp/s
 # number of threads keep it so on other machines.
 slow=("$scenes/showcase.json" --size 160x90 --kernel ref --samples "$([ "$mode" = sanitize ] && echo 40 || echo 200)")
 slow_rows=90
+steady=("${slow[@]:0:5}" --samples "$([ "$mode" = sanitize ] && echo 12 || echo 60)") # a third of that
 
 # --- results --------------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include "base/abort.h"
 #include "base/clock.h"
 #include "base/cpu.h"
 #include "base/log.h"
@@ -340,6 +341,7 @@ int main(int argc, char **argv)
     struct error error;
     int first;
     log_start("weft-worker", LOG_INFO);
+    abort_becomes_status("weft-worker");
     enum status status = options_parse(argc, argv, options, handle_option, &w.settings, &first, &error);
     if (status == STATUS_OK && argc - first != 1)
         status = error_set(&error, STATUS_USAGE, "expected one endpoint, found %d operands; see --help", argc - first);

@@ -507,6 +507,10 @@ static void handle_joined_message(struct session *s, const struct message *messa
     case MESSAGE_END:
         take_end(s, message->end.job);
         break;
+    case MESSAGE_REFUSE: /* the coordinator goes on without it, but not for ever: not even --once ends with this */
+        say(s, "the coordinator gave this worker up (%s); joining anew", message->refuse.reason);
+        seek(s, 0, now_ms);
+        break;
     case MESSAGE_GOODBYE:
         take_goodbye(s, now_ms);
         break;

@@ -314,7 +314,7 @@ static const struct {
     [MESSAGE_RESULT] = {"RESULT", put_result, get_result, UINT64_MAX},
     [MESSAGE_DRAIN] = {"DRAIN", put_nothing, get_nothing, UINT64_MAX},
     [MESSAGE_WELCOME] = {"WELCOME", put_nothing, get_nothing, UINT64_MAX},
-    [MESSAGE_REFUSE] = {"REFUSE", put_refuse, get_refuse, 0},
+    [MESSAGE_REFUSE] = {"REFUSE", put_refuse, get_refuse, UINT64_MAX},
     [MESSAGE_JOB] = {"JOB", put_job, get_job, UINT64_MAX},
     [MESSAGE_ASSET] = {"ASSET", put_asset, get_asset, UINT64_MAX},
     [MESSAGE_BAND] = {"BAND", put_band, get_band, UINT64_MAX},

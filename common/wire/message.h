@@ -11,7 +11,7 @@
  * manifest lists; then it is READY (or says FAILED). It gets BANDs up to the credit it named, and returns each as
  * RESULT chunks, which it keeps until the ACK. REVOKE takes a band back. END closes a job. DRAIN says that the
  * worker wants no more bands: it will end when those it holds are done. Both sides send a BEAT every second;
- * GOODBYE ends the conversation.
+ * GOODBYE ends the conversation; so does a REFUSE within it, after which the worker may say HELLO again.
  */
 #ifndef WEFT_WIRE_MESSAGE_H
 #define WEFT_WIRE_MESSAGE_H
@@ -81,7 +81,7 @@ struct band_sampling {
 
 struct message {
     enum message_kind kind;
-    uint64_t epoch; /* 0 in HELLO and REFUSE */
+    uint64_t epoch; /* 0 in HELLO, and in REFUSE as an answer to it */
     union {
         struct {
             struct digest core_revision; /* of the tracing core's sources */

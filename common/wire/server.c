@@ -42,7 +42,7 @@ static enum status open_socket(struct wire_server *server, struct error *error)
 {
     server->sockets[server->count] = wire_socket_open(WIRE_SERVER, error);
     if (!server->sockets[server->count])
-        return STATUS_FAILED;
+        return STATUS_INTERNAL;
     server->count++;
     return STATUS_OK;
 }

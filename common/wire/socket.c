@@ -25,7 +25,7 @@ enum status wire_start(struct error *error)
     assert(!context);
     context = zmq_ctx_new();
     if (!context)
-        return error_set(error, STATUS_FAILED, "ZeroMQ cannot start: %s", zmq_strerror(errno));
+        return error_set(error, STATUS_INTERNAL, "ZeroMQ cannot start: %s", zmq_strerror(errno));
     zmq_ctx_set(context, ZMQ_MAX_SOCKETS, SOCKETS_MAX);
     return STATUS_OK;
 }
@@ -151,12 +151,12 @@ void *wire_socket_open(enum wire_role role, struct error *error)
     assert(context);
     void *socket = zmq_socket(context, roles[role].type);
     if (!socket) {
-        error_set(error, STATUS_FAILED, "ZeroMQ cannot make a socket: %s", zmq_strerror(errno));
+        error_set(error, STATUS_INTERNAL, "ZeroMQ cannot make a socket: %s", zmq_strerror(errno));
         return NULL;
     }
     sockets_open++;
     if (!set_role_options(socket, role)) {
-        error_set(error, STATUS_FAILED, "ZeroMQ refuses an option of a socket: %s", zmq_strerror(errno));
+        error_set(error, STATUS_INTERNAL, "ZeroMQ refuses an option of a socket: %s", zmq_strerror(errno));
         wire_socket_close(&socket, true);
     }
     return socket;

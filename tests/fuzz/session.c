@@ -135,7 +135,7 @@ static void receive_bytes(const void *data, size_t size)
 static void receive(struct message message)
 {
     struct bytes bytes = {0};
-    message.epoch = message.kind == MESSAGE_REFUSE ? 0 : run.epoch;
+    message.epoch = run.epoch;
     message_encode(&message, &bytes);
     receive_bytes(bytes.data, bytes.size);
     bytes_finish(&bytes);

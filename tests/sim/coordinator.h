@@ -21,9 +21,9 @@ static struct {
     uint32_t job_count, jobs_added;
     bool ending, crashed;
     int64_t stopped_until_ms;
-    enum message_kind hearing; /* what it is taking; 0: nothing */
-    bool deaf;                 /* to that, which nobody present has said */
-    uint32_t hellos;           /* that it has taken */
+    uint64_t epoch;  /* of the message that it is taking, */
+    bool deaf;       /* which nobody present has said */
+    uint32_t hellos; /* that it has taken */
 } coordinator;
 
 static const char *const job_files[JOBS_MAX] = {"first", "second"};
@@ -45,22 +45,23 @@ static const struct peer *find_present(const struct wire_peer *address, uint64_t
     return NULL;
 }
 
-/* Nothing is said to those that are gone, and nothing is answered to what belongs to no conversation. */
+/* Nothing is said to those that are gone, and what belongs to no conversation is answered by a refusal of that alone. */
 static void check_said(const struct link *link, const struct peer *peer, const struct message *message)
 {
-    require(peer || message->kind == MESSAGE_REFUSE, "something is said to worker %u, which is gone", link->worker);
-    require(!coordinator.deaf, "a message of no conversation is answered");
+    bool refusal = message->kind == MESSAGE_REFUSE;
+    require(peer || refusal, "something is said to worker %u, which is gone", link->worker);
+    require(!coordinator.deaf || (refusal && message->epoch == coordinator.epoch),
+            "a message of no conversation is answered");
     require(!peer || message->kind != MESSAGE_BAND || !peer->draining, "worker %u, which drains, gets a band",
             link->worker);
     require(!peer || coordinator.ending || message->epoch != link->farewell,
             "something is said to worker %u after its goodbye", link->worker);
 }
 
-/* Who is said goodbye for its silence has said nothing that waits to be heard. */
-static void check_goodbye(const struct link *link)
+/* Who is given up for its silence has said nothing that waits to be heard. */
+static void check_farewell(const struct link *link, enum message_kind kind)
 {
-    bool for_silence = !coordinator.ending && coordinator.hearing != MESSAGE_FAILED;
-    require(!for_silence || !network_waits(link), "worker %u is expelled though it spoke", link->worker);
+    require(kind != MESSAGE_REFUSE || !network_waits(link), "worker %u is expelled though it spoke", link->worker);
 }
 
 /* Takes the place of wire_server_send. */
@@ -72,9 +73,10 @@ static bool send_down(void *context, const struct wire_peer *to, const void *dat
     struct link *link = link_at(to);
     if (message_decode(&message, data, size, &error) != STATUS_OK)
         require(false, "the coordinator says: %s", error.text);
-    check_said(link, find_present(to, message.epoch), &message);
-    if (message.kind == MESSAGE_GOODBYE) {
-        check_goodbye(link);
+    const struct peer *peer = find_present(to, message.epoch);
+    check_said(link, peer, &message);
+    if (peer && (message.kind == MESSAGE_GOODBYE || message.kind == MESSAGE_REFUSE)) {
+        check_farewell(link, message.kind);
         link->farewell = message.epoch;
     }
     return network_send_down(to, data, size);
@@ -142,11 +144,10 @@ static void hear(const struct packet *packet, size_t from)
     const struct wire_peer address = address_of(from);
     bool sound = message_decode(&message, packet->bytes.data, packet->bytes.size, &error) == STATUS_OK;
     farm.altered |= sound && packet->altered && decides_pixels(message.kind);
-    coordinator.hearing = sound ? message.kind : 0;
+    coordinator.epoch = sound ? message.epoch : 0;
     coordinator.deaf = !sound || (message.kind != MESSAGE_HELLO && !find_present(&address, message.epoch));
     coordinator.hellos += sound && message.kind == MESSAGE_HELLO;
     dispatcher_take_message(coordinator.dispatcher, &address, packet->bytes.data, packet->bytes.size, history.now_ms);
-    coordinator.hearing = 0;
     coordinator.deaf = false;
     check_rest();
 }

@@ -54,7 +54,7 @@ struct link {
     uint32_t low_ms, high_ms; /* how long a message takes */
     uint32_t evil;            /* of so many messages in a hundred something becomes */
     bool cut;
-    uint64_t farewell; /* epoch of the conversation that ended by a GOODBYE to the worker */
+    uint64_t farewell; /* epoch of the conversation that the coordinator ended by a word to the worker */
     int64_t worker_knows_ms, coordinator_knows_ms; /* from when on each cannot send; INT64_MAX: it can */
     struct pipe up, down; /* to the coordinator, to the worker */
 };

@@ -129,7 +129,7 @@ static void random_message(struct message *message, enum message_kind kind)
 {
     memset(message, 0, sizeof *message);
     message->kind = kind;
-    if (kind != MESSAGE_HELLO && kind != MESSAGE_REFUSE)
+    if (kind != MESSAGE_HELLO)
         message->epoch = random_u64();
     if (kind == MESSAGE_HELLO)
         random_hello(message);
@@ -304,7 +304,7 @@ static const struct {
     {MESSAGE_HELLO, -4, 4, 0, "HELLO: credit"},
     {MESSAGE_HELLO, -4, 4, 262140, NULL},
     {MESSAGE_HELLO, -4, 4, 262141, "HELLO: credit: expected 1 to 262140, found 262141"},
-    {MESSAGE_REFUSE, 7, 8, UINT64_MAX, "REFUSE: epoch"},
+    {MESSAGE_REFUSE, 7, 8, UINT64_MAX, NULL},
     {MESSAGE_WELCOME, 7, 8, UINT64_MAX, NULL},
     {MESSAGE_JOB, 51, 8, 0, "JOB: manifest_bytes"},
     {MESSAGE_JOB, 51, 8, 8 << 20, NULL},

@@ -180,6 +180,20 @@ static void test_goodbye(void **state)
     receive(plain(MESSAGE_GOODBYE), "GOODBYE, FORGET 0, RECONNECT, EXIT 0");
 }
 
+/* A coordinator that took this worker for dead goes on without it, and would rather have it back. */
+static void test_given_up(void **state)
+{
+    (void)state;
+    for (int once = 0; once < 2; once++) {
+        start_ready(once);
+        receive(band(0, 1, 0, 4), "START 0 #1 0+4");
+        receive((struct message){.kind = MESSAGE_REFUSE, .refuse = {"it was silent"}}, "FORGET 0, RECONNECT, HELLO");
+        assert_string_equal(said, "the coordinator gave this worker up (it was silent); joining anew");
+        receive(plain(MESSAGE_WELCOME), "");
+        finish(NULL);
+    }
+}
+
 /* A coordinator whose job could not be loaded would say goodbye and welcome in turn for ever. */
 static void test_goodbye_to_the_unfit(void **state)
 {
@@ -288,6 +302,7 @@ int main(void)
         cmocka_unit_test_teardown(test_other_epochs, finish),
         cmocka_unit_test_teardown(test_strangers, finish),
         cmocka_unit_test_teardown(test_goodbye, finish),
+        cmocka_unit_test_teardown(test_given_up, finish),
         cmocka_unit_test_teardown(test_goodbye_to_the_unfit, finish),
         cmocka_unit_test_teardown(test_drain_while_seeking, finish),
         cmocka_unit_test_teardown(test_drain_while_idle, finish),
