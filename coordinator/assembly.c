@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/memory.h"
 #include "coordinator/map_colours.h"
@@ -17,34 +18,38 @@ enum { PICTURE, SAMPLE_MAP, ERROR_MAP, FILES };
  */
 struct assembly {
     struct image_writer *writers[FILES]; /* the encoder's alone while that runs; NULL: not asked for */
+    struct assembly_paths paths;
+    struct image_description description;
     const struct journal *journal;
     uint8_t *row;                        /* the encoder's: a record behind its figures, */
     uint8_t *colours;                    /* and those of a row of a map */
     uint32_t width, height;
     struct row_layout layout;
     uint32_t taken; /* rows, in any order */
+    int bell;       /* of assembly_finish */
     pthread_t encoder;
     bool encoder_started;
 
     pthread_mutex_t mutex; /* guards what follows */
     pthread_cond_t changed;
-    uint64_t *waiting;  /* of rows that the encoder is yet to take: where in the journal their pixels are, or 0 */
-    uint32_t next;      /* the row that it takes next */
+    uint64_t *places;   /* of rows that were taken: where in the journal their pixels are; else 0 */
+    uint32_t next;      /* the row that the encoder writes next */
     bool abandoned;     /* it is to end at once */
-    enum status status; /* other than STATUS_OK: writing failed, and it has ended */
+    bool finishing;     /* all rows are taken for good: it is to complete the files */
+    bool finished;      /* that is done, or writing has failed: it has ended */
+    enum status status; /* other than STATUS_OK: writing failed */
     struct error error;
 };
 
-static enum status open_files(struct assembly *a, const struct assembly_paths *paths,
-                              const struct image_description *description, struct error *error)
+static enum status open_files(struct assembly *a, struct error *error)
 {
-    const char *const names[FILES] = {paths->picture, paths->sample_map, paths->error_map};
-    struct image_description map = *description;
+    const char *const names[FILES] = {a->paths.picture, a->paths.sample_map, a->paths.error_map};
+    struct image_description map = a->description;
     enum status status = STATUS_OK;
     map.format = PIXEL_SRGB8;
     for (int i = 0; i < FILES && status == STATUS_OK; i++)
         if (names[i])
-            a->writers[i] = image_writer_create(names[i], i == PICTURE ? description : &map, &status, error);
+            a->writers[i] = image_writer_create(names[i], i == PICTURE ? &a->description : &map, &status, error);
     return status;
 }
 
@@ -55,13 +60,16 @@ struct assembly *assembly_create(const struct assembly_paths *paths, const struc
     a->width = description->width;
     a->height = description->height;
     a->layout = row_layout_of(a->width, pixel_format_bytes(description->format), assembly_needs_maps(paths));
+    a->paths = *paths;
+    a->description = *description;
     a->journal = journal;
+    a->bell = -1;
     a->row = memory_array(assembly_record_bytes(a) - ROW_FIGURES_BYTES, 1);
     a->colours = memory_array(a->width, 3);
-    a->waiting = memory_array(a->height, sizeof *a->waiting);
+    a->places = memory_array(a->height, sizeof *a->places);
     pthread_mutex_init(&a->mutex, NULL);
     pthread_cond_init(&a->changed, NULL);
-    *status = open_files(a, paths, description, error);
+    *status = open_files(a, error);
     if (*status != STATUS_OK)
         assembly_abandon(&a);
     return a;
@@ -74,30 +82,25 @@ size_t assembly_record_bytes(const struct assembly *a)
 
 /* --- the encoder ------------------------------------------------------------------------------------------ */
 
-static bool more_to_come(const struct assembly *a)
-{
-    return !a->abandoned && a->next < a->height;
-}
-
-/* Waits for the next row and says where it is; 0 if there is nothing more to do. */
+/* Waits for the next row and says where it is; 0: it is to end, or all rows are written and the files to be completed. */
 static uint64_t next_row(struct assembly *a)
 {
     uint64_t row = 0;
     pthread_mutex_lock(&a->mutex);
-    while (more_to_come(a) && !a->waiting[a->next])
+    while (!a->abandoned && (a->next < a->height ? !a->places[a->next] : !a->finishing))
         pthread_cond_wait(&a->changed, &a->mutex);
-    if (more_to_come(a))
-        row = a->waiting[a->next++];
+    if (!a->abandoned && a->next < a->height)
+        row = a->places[a->next++];
     pthread_mutex_unlock(&a->mutex);
     return row;
 }
 
-static void note_failure(struct assembly *a, enum status status, const struct error *error)
+static bool is_abandoned(struct assembly *a)
 {
     pthread_mutex_lock(&a->mutex);
-    a->status = status;
-    a->error = *error;
+    bool abandoned = a->abandoned;
     pthread_mutex_unlock(&a->mutex);
+    return abandoned;
 }
 
 static enum status write_map_row(struct assembly *a, int map, const uint8_t *codes, struct error *error)
@@ -123,6 +126,28 @@ static enum status write_row(struct assembly *a, uint64_t offset, struct error *
     return status;
 }
 
+static enum status complete_files(struct assembly *a, struct error *error)
+{
+    enum status status = STATUS_OK;
+    for (int i = 0; i < FILES && status == STATUS_OK; i++)
+        if (a->writers[i])
+            status = image_writer_complete(&a->writers[i], error);
+    return status;
+}
+
+static void note_end(struct assembly *a, enum status status, const struct error *error)
+{
+    const uint64_t one = 1;
+    pthread_mutex_lock(&a->mutex);
+    a->finished = true;
+    a->status = status;
+    if (status != STATUS_OK)
+        a->error = *error;
+    ssize_t rung = a->bell >= 0 ? write(a->bell, &one, sizeof one) : 0;
+    (void)rung; /* a bell that has rung too often to count is heard too */
+    pthread_mutex_unlock(&a->mutex);
+}
+
 static void *encode(void *argument)
 {
     struct assembly *a = argument;
@@ -131,8 +156,11 @@ static void *encode(void *argument)
     uint64_t row;
     while (status == STATUS_OK && (row = next_row(a)) != 0)
         status = write_row(a, row, &error);
-    if (status != STATUS_OK)
-        note_failure(a, status, &error);
+    if (is_abandoned(a))
+        return NULL;
+    if (status == STATUS_OK)
+        status = complete_files(a, &error);
+    note_end(a, status, &error);
     return NULL;
 }
 
@@ -149,16 +177,23 @@ static enum status need_encoder(struct assembly *a, struct error *error)
 }
 
 /* Afterwards nothing is shared any more. */
-static void end_encoder(struct assembly *a, bool abandon)
+static void end_encoder(struct assembly *a)
 {
-    if (!a->encoder_started)
-        return;
+    if (a->encoder_started)
+        pthread_join(a->encoder, NULL);
+    a->encoder_started = false;
+}
+
+/* Without completing anything, and without a trace of what was written. */
+static void abandon_encoder(struct assembly *a)
+{
     pthread_mutex_lock(&a->mutex);
-    a->abandoned = abandon;
+    a->abandoned = true;
     pthread_cond_signal(&a->changed);
     pthread_mutex_unlock(&a->mutex);
-    pthread_join(a->encoder, NULL);
-    a->encoder_started = false;
+    end_encoder(a);
+    for (int i = 0; i < FILES; i++)
+        image_writer_abandon(&a->writers[i]);
 }
 
 /* --- rows ------------------------------------------------------------------------------------------------- */
@@ -166,8 +201,8 @@ static void end_encoder(struct assembly *a, bool abandon)
 /* `offset`: of its record. */
 static void take_row(struct assembly *a, uint32_t row, uint64_t offset)
 {
-    assert(row < a->height && row >= a->next && !a->waiting[row]);
-    a->waiting[row] = offset + ROW_FIGURES_BYTES;
+    assert(row < a->height && row >= a->next && !a->places[row]);
+    a->places[row] = offset + ROW_FIGURES_BYTES;
     a->taken++;
 }
 
@@ -194,6 +229,28 @@ enum status assembly_add(struct assembly *a, uint32_t first_row, uint32_t rows, 
     return status;
 }
 
+static enum status begin_anew(struct assembly *a, struct error *error)
+{
+    abandon_encoder(a);
+    a->abandoned = false;
+    a->next = 0;
+    return open_files(a, error);
+}
+
+enum status assembly_drop(struct assembly *a, uint32_t first_row, uint32_t rows, struct error *error)
+{
+    pthread_mutex_lock(&a->mutex);
+    bool written = a->next > first_row;
+    for (uint32_t row = first_row; row < first_row + rows; row++) {
+        assert(row < a->height && a->places[row]);
+        a->places[row] = 0;
+    }
+    a->taken -= rows;
+    enum status status = writing_status(a, error);
+    pthread_mutex_unlock(&a->mutex);
+    return status == STATUS_OK && written ? begin_anew(a, error) : status;
+}
+
 struct row_figures assembly_sum(const struct assembly *a, uint32_t rows, const uint8_t *records)
 {
     struct row_figures sum = {0};
@@ -210,34 +267,46 @@ struct row_figures assembly_sum(const struct assembly *a, uint32_t rows, const u
 static void assembly_free(struct assembly **pointer)
 {
     struct assembly *a = *pointer;
-    for (int i = 0; i < FILES; i++)
-        image_writer_abandon(&a->writers[i]);
+    abandon_encoder(a);
     pthread_cond_destroy(&a->changed);
     pthread_mutex_destroy(&a->mutex);
-    free(a->waiting);
+    free(a->places);
     free(a->colours);
     free(a->row);
     free(a);
     *pointer = NULL;
 }
 
+void assembly_finish(struct assembly *a, int bell)
+{
+    assert(a->taken == a->height);
+    pthread_mutex_lock(&a->mutex);
+    a->bell = bell;
+    a->finishing = true;
+    pthread_cond_signal(&a->changed);
+    pthread_mutex_unlock(&a->mutex);
+}
+
+bool assembly_is_finished(struct assembly *a)
+{
+    pthread_mutex_lock(&a->mutex);
+    bool finished = a->finished;
+    pthread_mutex_unlock(&a->mutex);
+    return finished;
+}
+
 enum status assembly_complete(struct assembly **pointer, struct error *error)
 {
     struct assembly *a = *pointer;
-    assert(a->taken == a->height);
-    end_encoder(a, false);
+    assert(a->finishing);
+    end_encoder(a);
     enum status status = writing_status(a, error);
-    for (int i = 0; i < FILES && status == STATUS_OK; i++)
-        if (a->writers[i])
-            status = image_writer_complete(&a->writers[i], error);
     assembly_free(pointer);
     return status;
 }
 
 void assembly_abandon(struct assembly **pointer)
 {
-    if (!*pointer)
-        return;
-    end_encoder(*pointer, true);
-    assembly_free(pointer);
+    if (*pointer)
+        assembly_free(pointer);
 }

@@ -30,6 +30,7 @@ void dispatcher_destroy(struct dispatcher **pointer)
     free(d->job_views);
     free(d->worker_views);
     free(d->peers);
+    free(d->writing);
     free(d->done);
     free(d->expelled);
     free(d->jobs);
@@ -98,8 +99,36 @@ void dispatcher_give_up(struct dispatcher *d, enum status status, const struct e
             render_job_fail(d->jobs[i], now_ms);
 }
 
+static void end_job(struct dispatcher *d, struct render_job *job)
+{
+    struct error error;
+    enum status status = render_job_complete(job, &error);
+    if (status != STATUS_OK) {
+        dispatcher_fail_job(d, job, status, &error);
+        return;
+    }
+    job->state = JOB_DONE;
+    d->done = memory_grow(d->done, &d->done_capacity, d->done_count + 1, sizeof(struct render_job *));
+    d->done[d->done_count++] = job;
+}
+
+void dispatcher_take_written(struct dispatcher *d)
+{
+    size_t left = 0;
+    for (size_t i = 0; i < d->writing_count && d->status == STATUS_OK; i++) {
+        struct render_job *job = d->writing[i];
+        if (d->config.bell >= 0 && !render_job_output_is_finished(job))
+            d->writing[left++] = job;
+        else
+            end_job(d, job);
+    }
+    d->writing_count = left;
+}
+
 const struct render_job *dispatcher_take_done(struct dispatcher *d, int64_t now_ms)
 {
+    d->now_ms = now_ms;
+    dispatcher_take_written(d);
     if (d->done_at == d->done_count)
         return NULL;
     struct render_job *job = d->done[d->done_at++];

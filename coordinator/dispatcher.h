@@ -24,6 +24,7 @@ struct dispatcher_config {
     uint32_t band_rows;                 /* 0: automatic */
     const char *host;                   /* of this machine, as its workers name it; borrowed */
     struct digest core_revision, proof; /* what a worker must match */
+    int bell; /* an eventfd, to which 1 is added when dispatcher_take_done is to be called; −1: outputs are waited for */
     dispatcher_send *send;
     void *context; /* of send; borrowed */
 };
@@ -58,7 +59,7 @@ bool dispatcher_take_expelled(struct dispatcher *dispatcher, uint32_t *pid);
 void dispatcher_give_up(struct dispatcher *dispatcher, enum status status, const struct error *error, int64_t now_ms);
 
 /* The next job whose output has been completed, each once, in the order of their completion; NULL: no other has. It
- * counts as ended now, so that the time it took to complete its files counts. */
+ * counts as ended now, so that the time it took to complete its files counts. To be called when the bell has rung. */
 const struct render_job *dispatcher_take_done(struct dispatcher *dispatcher, int64_t now_ms);
 
 /* Whether there is nothing more to do: all is done, or it cannot be. */

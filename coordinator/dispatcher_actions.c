@@ -45,7 +45,7 @@ static struct peer *peer_numbered(struct dispatcher *d, uint32_t number)
 
 /* --- carrying out the scheduler's actions ----------------------------------------------------------------- */
 
-static void fail_job(struct dispatcher *d, struct render_job *job, enum status status, const struct error *error)
+void dispatcher_fail_job(struct dispatcher *d, struct render_job *job, enum status status, const struct error *error)
 {
     render_job_fail(job, d->now_ms);
     if (d->status != STATUS_OK)
@@ -102,24 +102,19 @@ static void accept_result(struct dispatcher *d, const struct action *action, con
     peer_numbered(d, action->worker)->bands_held--;
     enum status status = render_job_take(job, action->pass, account, result, &error);
     if (status != STATUS_OK)
-        fail_job(d, job, status, &error);
+        dispatcher_fail_job(d, job, status, &error);
 }
 
 static void complete_job(struct dispatcher *d, const struct action *action)
 {
     struct render_job *job = d->jobs[action->job];
-    struct error error;
     if (d->status != STATUS_OK)
         return;
     start_job(d, job, PASS_RENDER);
-    enum status status = render_job_complete(job, &error);
-    if (status != STATUS_OK) {
-        fail_job(d, job, status, &error);
-        return;
-    }
-    job->state = JOB_DONE;
-    d->done = memory_grow(d->done, &d->done_capacity, d->done_count + 1, sizeof(struct render_job *));
-    d->done[d->done_count++] = job;
+    render_job_finish_output(job, d->config.bell);
+    d->writing = memory_grow(d->writing, &d->writing_capacity, d->writing_count + 1, sizeof(struct render_job *));
+    d->writing[d->writing_count++] = job;
+    dispatcher_take_written(d);
 }
 
 static void give_up(struct dispatcher *d, const struct action *action)
@@ -135,7 +130,7 @@ static void give_up(struct dispatcher *d, const struct action *action)
               action->first_row, action->first_row + action->rows - 1,
               action->pass == PASS_SURVEY ? " of the survey" : "", lost[0]->number, lost[0]->host, lost[1]->number,
               lost[1]->host, lost[2]->number, lost[2]->host);
-    fail_job(d, job, STATUS_FAILED, &error);
+    dispatcher_fail_job(d, job, STATUS_FAILED, &error);
 }
 
 static void expel(struct dispatcher *d, const struct action *action)

@@ -13,6 +13,8 @@ struct dispatcher {
     struct scheduler *scheduler;
     struct render_job **jobs; /* the scheduler's job i is jobs[i] */
     size_t job_count, job_capacity;
+    struct render_job **writing; /* all of their rows are there, but not yet written */
+    size_t writing_count, writing_capacity;
     struct render_job **done; /* in the order of completion; told up to done_at */
     size_t done_at, done_count, done_capacity;
     uint32_t *expelled; /* processes of this machine, yet to be taken */
@@ -40,6 +42,13 @@ bool dispatcher_send_to(struct dispatcher *dispatcher, const struct wire_peer *a
 
 /* Sends to a worker; one that cannot be reached is lost. */
 void dispatcher_send_peer(struct dispatcher *dispatcher, struct peer *peer, struct message message);
+
+/* The job cannot be completed; what it ends with, unless something else did before. */
+void dispatcher_fail_job(struct dispatcher *dispatcher, struct render_job *job, enum status status,
+                         const struct error *error);
+
+/* Completes the jobs whose outputs are written. */
+void dispatcher_take_written(struct dispatcher *dispatcher);
 
 /* The worker is gone: tells the scheduler, unless it knows. */
 void dispatcher_lose_peer(struct dispatcher *dispatcher, struct peer *peer, bool by_fault);

@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/signalfd.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -24,7 +25,8 @@ struct farm {
     char private_endpoint[WIRE_ENDPOINT_BYTES];
     struct local_workers local;
     char host[MESSAGE_HOST_BYTES];
-    int signals; /* descriptor */
+    int signals; /* descriptors: of signals, */
+    int bell;    /* and of outputs that are complete */
     struct dispatcher *dispatcher;
     int64_t ticked_ms;
 };
@@ -65,6 +67,9 @@ static enum status listen_everywhere(struct farm *farm, struct error *error)
 static enum status start(struct farm *farm, struct error *error)
 {
     farm->signals = block_signals();
+    farm->bell = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (farm->signals < 0 || farm->bell < 0)
+        return error_set(error, STATUS_INTERNAL, "cannot make descriptors to wait for: %s", strerror(errno));
     wire_host_name(farm->host, sizeof farm->host);
     enum status status = wire_start(error);
     if (status != STATUS_OK)
@@ -92,6 +97,7 @@ static struct dispatcher *make_dispatcher(const struct farm *farm)
         .host = farm->host,
         .core_revision = proof_revision(),
         .proof = proof_render(kernel_default()),
+        .bell = farm->bell,
         .send = send_by_server,
         .context = farm->server,
     };
@@ -102,7 +108,7 @@ struct farm *farm_create(const struct farm_config *config, enum status *status, 
 {
     struct farm *farm = memory_array(1, sizeof *farm);
     farm->config = *config;
-    farm->signals = -1;
+    farm->signals = farm->bell = -1;
     *status = start(farm, error);
     if (*status != STATUS_OK)
         farm_destroy(&farm);
@@ -211,6 +217,9 @@ static int wait_ms(const struct farm *farm)
 static void tell_done(struct farm *farm, farm_job_done *done, void *context)
 {
     const struct render_job *job;
+    uint64_t rung;
+    ssize_t got = read(farm->bell, &rung, sizeof rung);
+    (void)got; /* whether it has rung or not */
     while ((job = dispatcher_take_done(farm->dispatcher, clock_now_ms())))
         done(job, context);
 }
@@ -232,8 +241,8 @@ enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int 
 {
     *interrupted = 0;
     while (!dispatcher_is_over(farm->dispatcher)) {
-        struct pollfd signals = {.fd = farm->signals, .events = POLLIN};
-        wire_server_wait(farm->server, &signals, 1, wait_ms(farm));
+        struct pollfd fds[] = {{.fd = farm->signals, .events = POLLIN}, {.fd = farm->bell, .events = POLLIN}};
+        wire_server_wait(farm->server, fds, sizeof fds / sizeof *fds, wait_ms(farm));
         *interrupted = take_signals(farm);
         if (*interrupted)
             break;
@@ -282,6 +291,8 @@ void farm_destroy(struct farm **pointer)
         runtime_endpoint_remove(farm->private_endpoint);
     if (farm->signals >= 0)
         close(farm->signals);
+    if (farm->bell >= 0)
+        close(farm->bell);
     free(farm);
     *pointer = NULL;
 }

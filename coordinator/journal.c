@@ -16,9 +16,9 @@
 #include "base/memory.h"
 
 enum {
-    VERSION = 1,
+    VERSION = 2,
     HEAD_BYTES = 8 + 4 + 3 * DIGEST_BYTES,   /* magic, version, key */
-    BAND_HEAD_BYTES = 4 + 4 + 4 + 8 + 8,     /* pass, first row, rows, lease_ms, size */
+    BAND_HEAD_BYTES = 2 + 2 + 4 + 4 + 8 + 8, /* pass, undone, first row, rows, lease_ms, size */
     TAG_BYTES = crypto_generichash_KEYBYTES_MIN,
     SYNC_SECONDS = 1,
 };
@@ -30,6 +30,8 @@ struct journal {
     int lock_fd; /* of the file beside the output */
     int fd;      /* of the same, or of a file without a name */
     bool resumes;
+    uint64_t begin;            /* of the first band, */
+    uint8_t begin_tag[TAG_BYTES]; /* and the tag before it */
     uint64_t end;              /* of what is written and believed */
     uint64_t last;             /* where the band begins that journal_next gave last, */
     uint8_t last_tag[TAG_BYTES]; /* and the tag before it */
@@ -246,8 +248,9 @@ static enum status begin(struct journal *j, const struct journal_key *key, struc
     struct bytes head = {0};
     enum status status = STATUS_OK;
     put_head(key, &head);
-    crypto_generichash(j->tag, TAG_BYTES, head.data, head.size, NULL, 0);
-    j->end = head.size;
+    crypto_generichash(j->begin_tag, TAG_BYTES, head.data, head.size, NULL, 0);
+    memcpy(j->tag, j->begin_tag, TAG_BYTES);
+    j->begin = j->end = head.size;
     if (!has_head(j, &head)) {
         status = ftruncate(j->fd, 0) == 0 ? STATUS_OK : fail(j, "cannot be emptied", errno, error);
         if (status == STATUS_OK)
@@ -292,7 +295,8 @@ struct journal *journal_open(const char *output, const struct journal_key *key, 
 
 static void put_band_head(const struct journal_band *band, struct bytes *bytes)
 {
-    bytes_put_u32(bytes, band->pass);
+    bytes_put_u16(bytes, (uint16_t)band->pass);
+    bytes_put_u16(bytes, band->undone);
     bytes_put_u32(bytes, band->first_row);
     bytes_put_u32(bytes, band->rows);
     bytes_put_u64(bytes, band->lease_ms);
@@ -302,7 +306,8 @@ static void put_band_head(const struct journal_band *band, struct bytes *bytes)
 static struct journal_band band_of_head(const uint8_t *head, uint64_t offset)
 {
     struct byte_reader reader = byte_reader_of(head, BAND_HEAD_BYTES);
-    struct journal_band band = {.pass = (enum render_pass)byte_reader_u32(&reader)};
+    struct journal_band band = {.pass = (enum render_pass)byte_reader_u16(&reader)};
+    band.undone = byte_reader_u16(&reader) != 0;
     band.first_row = byte_reader_u32(&reader);
     band.rows = byte_reader_u32(&reader);
     band.lease_ms = byte_reader_u64(&reader);
@@ -389,6 +394,28 @@ enum status journal_add(struct journal *j, struct journal_band *band, const uint
     }
     bytes_finish(&written);
     return status;
+}
+
+static enum status sync_now(const struct journal *j, struct error *error)
+{
+    return !j->resumes || fdatasync(j->fd) == 0 ? STATUS_OK : fail(j, "cannot be brought to disk", errno, error);
+}
+
+enum status journal_undo(struct journal *j, const struct journal_band *band, struct error *error)
+{
+    struct journal_band undone = {.undone = true, .pass = band->pass, .first_row = band->first_row,
+                                  .rows = band->rows};
+    enum status status = journal_add(j, &undone, NULL, error);
+    return status == STATUS_OK ? sync_now(j, error) : status;
+}
+
+enum status journal_clear(struct journal *j, struct error *error)
+{
+    if (ftruncate(j->fd, (off_t)j->begin) != 0)
+        return fail(j, "cannot be emptied", errno, error);
+    j->end = j->begin;
+    memcpy(j->tag, j->begin_tag, TAG_BYTES);
+    return sync_now(j, error);
 }
 
 /* Whether a later run could go on from nothing that is in the file. */

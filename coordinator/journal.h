@@ -1,13 +1,14 @@
 /*
- * The journal of a render: every band that was accepted, in a file beside the output, `.NAME.journal`, so that a
- * coordinator that was killed goes on where it was. It is also where rows wait that cannot be written yet, so that no
+ * The journal of a render: every band that was accepted, and what was taken back, in a file beside the output,
+ * `.NAME.journal`, so that a coordinator that was killed goes on where it was. It is also where rows wait that cannot be written yet, so that no
  * picture is ever whole in memory.
  *
- * The file begins with a head: a magic word and what the render is of (struct journal_key). Then bands: a head (pass,
- * first row, rows, milliseconds of its lease, bytes), the bytes, and a tag: a keyed hash (BLAKE2b) of them, whose key is
- * the tag before. So a band that was cut short, or changed, or belongs to another journal is told, and nothing behind it
- * is believed. Numbers are little-endian. Bands are brought to disk in groups, once a second, by a thread of its own:
- * a machine that fails loses what came after, and a process that is killed loses nothing.
+ * The file begins with a head: a magic word and what the render is of (struct journal_key). Then entries: a head (kind
+ * and pass, first row, rows, milliseconds of the band's lease, bytes), the bytes, and a tag: a keyed hash (BLAKE2b) of
+ * them, whose key is the tag before. So an entry that was cut short, or changed, or belongs to another journal is told,
+ * and nothing behind it is believed. Numbers are little-endian. Bands are brought to disk in groups, once a second, by a
+ * thread of its own: a machine that fails loses what came after, and a process that is killed loses nothing. What is
+ * taken back is on disk before anything is built on that.
  *
  * As long as it is open the file is locked: nobody else renders to the same output. One that is not to be resumed is
  * locked too, but not written; rows then wait in a file without a name.
@@ -32,6 +33,7 @@ struct journal_key {
 };
 
 struct journal_band {
+    bool undone; /* it counts no more, as was found after it had been added: size 0 */
     enum render_pass pass;
     uint32_t first_row, rows;
     uint64_t lease_ms; /* how long a worker held it */
@@ -47,16 +49,23 @@ struct journal;
 struct journal *journal_open(const char *output, const struct journal_key *key, bool resume, enum status *status,
                              struct error *error);
 
-/* Before anything is added: the next band that an earlier run left, and its bytes into *data, replacing what that
- * held. False after the last that is whole; a journal that goes on behind it is cut there, and that is said. */
+/* Before anything is added: the next entry that an earlier run left, a band and its bytes into *data, replacing what that
+ * held, or that a band before it is undone. False after the last that is whole; a journal that goes on behind it is cut
+ * there, and that is said. */
 bool journal_next(struct journal *journal, struct journal_band *band, struct bytes *data);
 
-/* The band that journal_next gave does not fit the render: it is dropped, with all behind it. */
+/* The entry that journal_next gave does not fit the render: it is dropped, with all behind it. */
 void journal_reject(struct journal *journal);
 
 /* Appends a band, whose bytes are data[band->size], and sets its offset. STATUS_OUTPUT if it cannot be written, or an
  * earlier one could not be brought to disk. */
 enum status journal_add(struct journal *journal, struct journal_band *band, const uint8_t *data, struct error *error);
+
+/* Notes that a band which was added counts no more, and brings that to disk. STATUS_OUTPUT if it cannot. */
+enum status journal_undo(struct journal *journal, const struct journal_band *band, struct error *error);
+
+/* Forgets all bands, on disk too. STATUS_OUTPUT if it cannot. */
+enum status journal_clear(struct journal *journal, struct error *error);
 
 /* Reads data[size] back from `offset`; by any thread. STATUS_OUTPUT if that fails. */
 enum status journal_read(const struct journal *journal, uint64_t offset, void *data, size_t size, struct error *error);

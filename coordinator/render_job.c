@@ -51,6 +51,7 @@ static void choose_settings(struct render_job *job, const struct scene *scene, c
     job->settings.width = choices->width ? choices->width : scene->width;
     job->settings.height = choices->height ? choices->height : scene->height;
     choose_sampling(job, scene->samples, choices);
+    job->asked = job->sampling;
     job->settings.filter = (uint8_t)(choices->filter >= 0 ? choices->filter : (int)scene->filter);
     job->settings.maps = choices->sample_map || choices->error_map;
 }
@@ -129,22 +130,41 @@ static enum status open_outputs(struct render_job *job, const struct render_choi
 
 /* --- results ---------------------------------------------------------------------------------------------- */
 
-/* Adds a result that is at that offset in the journal. */
-static enum status add_result(struct render_job *job, enum render_pass pass, struct band_account band,
-                              const uint8_t *result, uint64_t offset, struct error *error)
+static void add_figures(struct render_job *job, const struct band_account *band)
 {
+    row_figures_add(&job->figures, &band->figures);
+    job->rows_done += band->rows;
+}
+
+/* Adds a result that is in the journal. */
+static enum status add_result(struct render_job *job, enum render_pass pass, struct band_account band,
+                              const uint8_t *result, struct error *error)
+{
+    struct band_account *place = &job->bands[pass][band.first_row];
+    *place = band;
     if (pass == PASS_SURVEY) {
         struct survey part;
         survey_read(&part, result);
         survey_add(&job->survey, &part);
         return STATUS_OK;
     }
-    band.figures = assembly_sum(job->assembly, band.rows, result);
-    row_figures_add(&job->figures, &band.figures);
-    job->rows_done += band.rows;
-    job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof *job->bands);
-    job->bands[job->band_count++] = band;
-    return assembly_add(job->assembly, band.first_row, band.rows, offset, error);
+    place->figures = assembly_sum(job->assembly, band.rows, result);
+    add_figures(job, place);
+    return assembly_add(job->assembly, band.first_row, band.rows, band.offset, error);
+}
+
+/* Figures may have been too large to count, so they are summed anew. */
+static enum status remove_result(struct render_job *job, uint32_t first_row, struct error *error)
+{
+    struct band_account *bands = job->bands[PASS_RENDER], *gone = &bands[first_row];
+    enum status status = assembly_drop(job->assembly, first_row, gone->rows, error);
+    gone->rows = 0;
+    job->rows_done = 0;
+    job->figures = (struct row_figures){0};
+    for (uint32_t row = 0; row < job->settings.height; row++)
+        if (bands[row].rows > 0)
+            add_figures(job, &bands[row]);
+    return status;
 }
 
 /* --- what an earlier run left ----------------------------------------------------------------------------- */
@@ -155,33 +175,65 @@ struct rows_found {
     uint8_t *marks[PASSES]; /* of each row: whether it is there */
 };
 
+static void mark(struct rows_found *found, const struct journal_band *band, bool there)
+{
+    memset(found->marks[band->pass] + band->first_row, there, band->rows);
+    found->missing[band->pass] += there ? -band->rows : band->rows;
+}
+
 static bool is_free(const struct rows_found *found, const struct journal_band *band)
 {
-    if (band->rows == 0 || band->first_row >= found->rows[band->pass] ||
-        band->rows > found->rows[band->pass] - band->first_row)
-        return false;
     return !memchr(found->marks[band->pass] + band->first_row, 1, band->rows);
 }
 
-/* Rows of a render were sampled as a whole survey said. */
+/* Rows of a render were sampled as a whole survey said, so of a survey nothing is ever undone alone. */
 static bool fits(const struct render_job *job, const struct journal_band *band, const struct rows_found *found)
 {
-    return (uint32_t)band->pass < PASSES && (band->pass == PASS_SURVEY || found->missing[PASS_SURVEY] == 0) &&
-           is_free(found, band) && band->size == render_job_result_bytes(job, band->pass, band->rows);
+    if ((uint32_t)band->pass >= PASSES || band->rows == 0 || band->first_row >= found->rows[band->pass] ||
+        band->rows > found->rows[band->pass] - band->first_row)
+        return false;
+    if (band->undone)
+        return band->pass == PASS_RENDER && job->bands[PASS_RENDER][band->first_row].rows == band->rows;
+    return (band->pass == PASS_SURVEY || found->missing[PASS_SURVEY] == 0) && is_free(found, band) &&
+           band->size == render_job_result_bytes(job, band->pass, band->rows);
 }
 
-/* All of them, in stretches. */
+static enum status replay(struct render_job *job, const struct journal_band *band, const uint8_t *result,
+                          struct error *error)
+{
+    struct band_account account = {.first_row = band->first_row, .rows = band->rows,
+                                   .lease_ms = (int64_t)band->lease_ms, .offset = band->offset};
+    return band->undone ? remove_result(job, band->first_row, error)
+                        : add_result(job, band->pass, account, result, error);
+}
+
+static enum status read_journal(struct render_job *job, struct rows_found *found, struct error *error)
+{
+    struct journal_band band;
+    struct bytes data = {0};
+    enum status status = STATUS_OK;
+    while (status == STATUS_OK && journal_next(job->journal, &band, &data)) {
+        if (!fits(job, &band, found)) {
+            journal_reject(job->journal);
+            break;
+        }
+        mark(found, &band, !band.undone);
+        status = replay(job, &band, data.data, error);
+    }
+    bytes_finish(&data);
+    return status;
+}
+
 static void list_kept(struct render_job *job, const struct rows_found *found)
 {
+    size_t capacity = 0;
     for (int pass = 0; pass < PASSES; pass++)
-        for (uint32_t row = 0, first = 0; row < found->rows[pass]; row++) {
-            const uint8_t *mark = found->marks[pass] + row;
-            first = row > 0 && mark[-1] ? first : row;
-            bool goes_on = row + 1 < found->rows[pass] && mark[1];
-            if (!*mark || goes_on)
+        for (uint32_t row = 0; row < found->rows[pass]; row++) {
+            uint32_t rows = job->bands[pass][row].rows;
+            if (rows == 0)
                 continue;
-            job->kept = memory_grow(job->kept, &job->kept_capacity, job->kept_count + 1, sizeof *job->kept);
-            job->kept[job->kept_count++] = (struct kept_rows){(enum render_pass)pass, first, row + 1 - first};
+            job->kept = memory_grow(job->kept, &capacity, job->kept_count + 1, sizeof *job->kept);
+            job->kept[job->kept_count++] = (struct kept_rows){(enum render_pass)pass, row, rows};
         }
 }
 
@@ -189,22 +241,11 @@ static enum status take_kept(struct render_job *job, struct error *error)
 {
     const uint32_t rows[PASSES] = {render_job_survey_rows(job), job->settings.height};
     struct rows_found found = {.rows = {rows[0], rows[1]}, .missing = {rows[0], rows[1]}};
-    struct journal_band band;
-    struct bytes data = {0};
-    enum status status = STATUS_OK;
-    for (int pass = 0; pass < PASSES; pass++)
+    for (int pass = 0; pass < PASSES; pass++) {
         found.marks[pass] = memory_array(rows[pass], 1);
-    while (status == STATUS_OK && journal_next(job->journal, &band, &data)) {
-        if (!fits(job, &band, &found)) {
-            journal_reject(job->journal);
-            break;
-        }
-        memset(found.marks[band.pass] + band.first_row, 1, band.rows);
-        found.missing[band.pass] -= band.rows;
-        struct band_account account = {.first_row = band.first_row, .rows = band.rows,
-                                       .lease_ms = (int64_t)band.lease_ms};
-        status = add_result(job, band.pass, account, data.data, band.offset, error);
+        job->bands[pass] = memory_array(rows[pass], sizeof *job->bands[pass]);
     }
+    enum status status = read_journal(job, &found, error);
     list_kept(job, &found);
     job->rows_kept = job->rows_done;
     job->rays_kept = row_figures_rays(&job->figures) + job->survey.rays;
@@ -213,7 +254,6 @@ static enum status take_kept(struct render_job *job, struct error *error)
                  job->rows_kept, job->settings.height);
     for (int pass = 0; pass < PASSES; pass++)
         free(found.marks[pass]);
-    bytes_finish(&data);
     return status;
 }
 
@@ -255,7 +295,8 @@ void render_job_finish(struct render_job *job)
     free(job->kept);
     asset_set_finish(&job->assets);
     bytes_finish(&job->manifest);
-    free(job->bands);
+    for (int pass = 0; pass < PASSES; pass++)
+        free(job->bands[pass]);
     free(job->scene_path);
     free(job->output_path);
     *job = (struct render_job){0};
@@ -293,7 +334,59 @@ enum status render_job_take(struct render_job *job, enum render_pass pass, struc
                                 .lease_ms = (uint64_t)account.lease_ms,
                                 .size = render_job_result_bytes(job, pass, account.rows)};
     enum status status = journal_add(job->journal, &band, result, error);
-    return status == STATUS_OK ? add_result(job, pass, account, result, band.offset, error) : status;
+    account.offset = band.offset;
+    return status == STATUS_OK ? add_result(job, pass, account, result, error) : status;
+}
+
+enum status render_job_compare(const struct render_job *job, enum render_pass pass, uint32_t first_row,
+                               const uint8_t *result, bool *same, struct error *error)
+{
+    enum { PIECE_BYTES = 1 << 16 };
+    const struct band_account *band = &job->bands[pass][first_row];
+    uint64_t size = render_job_result_bytes(job, pass, band->rows);
+    uint8_t piece[PIECE_BYTES];
+    enum status status = STATUS_OK;
+    *same = true;
+    for (uint64_t at = 0; at < size && *same && status == STATUS_OK; at += sizeof piece) {
+        size_t bytes = size - at < sizeof piece ? (size_t)(size - at) : sizeof piece;
+        status = journal_read(job->journal, band->offset + at, piece, bytes, error);
+        *same = status == STATUS_OK && memcmp(piece, result + at, bytes) == 0;
+    }
+    return status;
+}
+
+enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error)
+{
+    const struct journal_band band = {.pass = PASS_RENDER, .first_row = first_row,
+                                      .rows = job->bands[PASS_RENDER][first_row].rows};
+    enum status status = journal_undo(job->journal, &band, error);
+    return status == STATUS_OK ? remove_result(job, first_row, error) : status;
+}
+
+enum status render_job_restart(struct render_job *job, struct error *error)
+{
+    enum status status = STATUS_OK;
+    for (uint32_t row = 0; row < job->settings.height && status == STATUS_OK; row++)
+        if (job->bands[PASS_RENDER][row].rows > 0)
+            status = assembly_drop(job->assembly, row, job->bands[PASS_RENDER][row].rows, error);
+    memset(job->bands[PASS_RENDER], 0, job->settings.height * sizeof *job->bands[PASS_RENDER]);
+    memset(job->bands[PASS_SURVEY], 0, render_job_survey_rows(job) * sizeof *job->bands[PASS_SURVEY]);
+    job->figures = (struct row_figures){0};
+    job->survey = (struct survey){0};
+    job->sampling = job->asked;
+    job->rows_done = job->rows_kept = 0;
+    job->rays_kept = 0;
+    return status == STATUS_OK ? journal_clear(job->journal, error) : status;
+}
+
+void render_job_finish_output(struct render_job *job, int bell)
+{
+    assembly_finish(job->assembly, bell);
+}
+
+bool render_job_output_is_finished(const struct render_job *job)
+{
+    return assembly_is_finished(job->assembly);
 }
 
 enum status render_job_complete(struct render_job *job, struct error *error)

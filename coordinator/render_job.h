@@ -29,12 +29,13 @@ struct render_choices {
 #define RENDER_ERROR_DEFAULT 0.005
 enum { RENDER_SAMPLES_MAX_DEFAULT = 1024 };
 
-/* A band of the render, as it was accepted. */
+/* A band, as it was accepted. */
 struct band_account {
     uint32_t first_row, rows;
-    uint32_t worker;   /* its number; 0: an earlier run's */
-    int64_t lease_ms;  /* how long it held the band */
-    struct row_figures figures;
+    uint32_t worker;  /* its number; 0: an earlier run's */
+    int64_t lease_ms; /* how long it held the band */
+    uint64_t offset;  /* of its bytes in the journal */
+    struct row_figures figures; /* of a render's */
 };
 
 struct render_job {
@@ -47,10 +48,11 @@ struct render_job {
     double error;                   /* RMSE to be met; 0: the sampling is fixed */
     struct survey survey;           /* where an error is to be met, or one sample to be judged: the sum of what has come */
     struct sampling surveying;      /* the sampling of the survey; most == 0: there is none */
-    struct sampling sampling;       /* the render's; known once all is surveyed, but for `most` */
+    struct sampling asked;          /* the render's, as far as it is known before the survey */
+    struct sampling sampling;       /* the same, once all is surveyed */
     struct journal *journal;        /* holds all bands that were accepted; NULL once the output is complete */
     struct kept_rows *kept;         /* bands that an earlier run left, by pass and row */
-    size_t kept_count, kept_capacity;
+    size_t kept_count;
     uint32_t rows_kept;             /* rows of the render among them, */
     uint64_t rays_kept;             /* and the rays that all of them took */
     struct assembly *assembly;      /* NULL once the output is complete or abandoned */
@@ -59,8 +61,7 @@ struct render_job {
     int64_t ended_ms;
     uint32_t rows_done;
     struct row_figures figures; /* of the rows done */
-    struct band_account *bands; /* those done, in the order of their coming */
-    size_t band_count, band_capacity;
+    struct band_account *bands[PASSES]; /* those accepted, at their first row; rows == 0: none begins there */
 };
 
 /* Loads and validates the scene, opens its journal and its output, and takes what an earlier run left. On failure *job
@@ -83,15 +84,30 @@ uint32_t render_job_survey_rows(const struct render_job *job);
 /* Bytes of the result of a band of so many rows. */
 uint64_t render_job_result_bytes(const struct render_job *job, enum render_pass pass, uint32_t rows);
 
-/* Takes the result of a band: a survey, or records of rows. The figures are filled in here. STATUS_OUTPUT as of
+/* Takes the result of a band: a survey, or records of rows. Figures and offset are filled in here. STATUS_OUTPUT as of
  * journal_add and assembly_add. */
 enum status render_job_take(struct render_job *job, enum render_pass pass, struct band_account band,
                             const uint8_t *result, struct error *error);
 
+/* Whether another result of a band that was accepted has the same bytes. STATUS_OUTPUT as of journal_read. */
+enum status render_job_compare(const struct render_job *job, enum render_pass pass, uint32_t first_row,
+                               const uint8_t *result, bool *same, struct error *error);
+
+/* Takes back the band of the render that begins there, as if it had not come. STATUS_OUTPUT as of journal_undo and
+ * assembly_drop. */
+enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error);
+
+/* Takes back all, as if the job had not begun. STATUS_OUTPUT as of journal_clear and assembly_drop. */
+enum status render_job_restart(struct render_job *job, struct error *error);
+
 /* All is surveyed: chooses the render's sampling. */
 void render_job_end_survey(struct render_job *job);
 
-/* With all rows taken: completes the output and removes the journal. STATUS_OUTPUT. */
+/* With all rows taken: completes the output when it is written, and rings the bell then (coordinator/assembly.h). */
+void render_job_finish_output(struct render_job *job, int bell);
+bool render_job_output_is_finished(const struct render_job *job);
+
+/* Waits until then, and removes the journal. STATUS_OUTPUT. */
 enum status render_job_complete(struct render_job *job, struct error *error);
 
 /* Rays that this run took so far. */

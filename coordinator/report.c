@@ -108,12 +108,6 @@ static void put_error(struct bytes *text, const struct render_job *job)
 
 /* --- who did it ------------------------------------------------------------------------------------------- */
 
-static int compare_bands(const void *a, const void *b)
-{
-    const struct band_account *first = a, *second = b;
-    return first->first_row < second->first_row ? -1 : 1;
-}
-
 static void put_band(struct bytes *text, const struct render_job *job, const struct band_account *band)
 {
     text_put(text, "{\"first_row\":%" PRIu32 ",\"rows\":%" PRIu32 ",\"worker\":%" PRIu32 ",", band->first_row,
@@ -127,17 +121,17 @@ static void put_band(struct bytes *text, const struct render_job *job, const str
 
 static void put_bands(struct bytes *text, const struct render_job *job)
 {
-    struct band_account *bands = memory_array(job->band_count, sizeof *bands);
-    for (size_t i = 0; i < job->band_count; i++)
-        bands[i] = job->bands[i];
-    qsort(bands, job->band_count, sizeof *bands, compare_bands);
+    const struct band_account *bands = job->bands[PASS_RENDER];
+    const char *comma = "";
     text_put(text, "\"bands\":[");
-    for (size_t i = 0; i < job->band_count; i++) {
-        text_put(text, "%s\n   ", i ? "," : "");
-        put_band(text, job, &bands[i]);
+    for (uint32_t row = 0; row < job->settings.height; row++) {
+        if (bands[row].rows == 0)
+            continue;
+        text_put(text, "%s\n   ", comma);
+        put_band(text, job, &bands[row]);
+        comma = ",";
     }
     text_put(text, "]");
-    free(bands);
 }
 
 static void put_worker(struct bytes *text, const struct worker_snapshot *worker)

@@ -59,7 +59,7 @@ static void check_said(const struct link *link, const struct peer *peer, const s
 }
 
 /* Who is given up for its silence has said nothing that waits to be heard. */
-static void check_farewell(const struct link *link, enum message_kind kind)
+static void check_given_up(const struct link *link, enum message_kind kind)
 {
     require(kind != MESSAGE_REFUSE || !network_waits(link), "worker %u is expelled though it spoke", link->worker);
 }
@@ -76,7 +76,7 @@ static bool send_down(void *context, const struct wire_peer *to, const void *dat
     const struct peer *peer = find_present(to, message.epoch);
     check_said(link, peer, &message);
     if (peer && (message.kind == MESSAGE_GOODBYE || message.kind == MESSAGE_REFUSE)) {
-        check_farewell(link, message.kind);
+        check_given_up(link, message.kind);
         link->farewell = message.epoch;
     }
     return network_send_down(to, data, size);
@@ -91,7 +91,7 @@ static void add_job(void)
 static void start_coordinator(void)
 {
     const struct dispatcher_config config = {.band_rows = chance(50) ? 0 : draw(1, 10), .send = send_down,
-                                             .host = "host0"};
+                                             .host = "host0", .bell = -1};
     coordinator.dispatcher = dispatcher_create(&config, history.now_ms);
     for (uint32_t i = 0; i < coordinator.job_count; i++)
         picture_job(farm.pictures[i], job_files[i], &coordinator.jobs[i]);
@@ -210,12 +210,14 @@ static void tell_death(uint32_t pid)
 static void check_rows(const struct render_job *job)
 {
     uint32_t seen[128] = {0};
-    for (size_t i = 0; i < job->band_count; i++)
-        for (uint32_t row = 0; row < job->bands[i].rows; row++)
-            seen[job->bands[i].first_row + row]++;
+    for (uint32_t first_row = 0; first_row < job->settings.height; first_row++) {
+        const struct band_account *band = &job->bands[PASS_RENDER][first_row];
+        for (uint32_t row = 0; row < band->rows; row++)
+            seen[first_row + row]++;
+        tally.bands += band->rows > 0;
+    }
     for (uint32_t row = 0; row < job->settings.height; row++)
         require(seen[row] == 1, "row %u was accepted %u times", row, seen[row]);
-    tally.bands += (unsigned)job->band_count;
 }
 
 static uint32_t count_gone(void)

@@ -169,6 +169,7 @@ static inline void render_picture(struct picture *picture, struct render_job *jo
     picture->record_bytes = assembly_record_bytes(job->assembly);
     const struct band_account all = {.rows = rows};
     assert_int_equal(render_job_take(job, PASS_RENDER, all, picture->records.data, &error), STATUS_OK);
+    render_job_finish_output(job, -1);
     assert_int_equal(render_job_complete(job, &error), STATUS_OK);
 }
 

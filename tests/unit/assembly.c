@@ -3,6 +3,7 @@
  * disk before the last have come.
  */
 #include <dirent.h>
+#include <poll.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -11,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -99,6 +101,7 @@ static void assert_complete(struct assembly *assembly)
 {
     struct bytes found = {0}, expected = {0};
     assert_int_equal(access(output, F_OK), -1); /* never in part */
+    assembly_finish(assembly, -1);
     assert_int_equal(assembly_complete(&assembly, &error), STATUS_OK);
     assert_null(assembly);
     assert_int_equal(bytes_read_file(&found, output, 1 << 20, &error), STATUS_OK);
@@ -125,6 +128,45 @@ static void test_whole(void **state)
     struct assembly *assembly = create();
     add_band(assembly, 0, HEIGHT);
     assert_complete(assembly);
+}
+
+/* Rows that are taken back and come again, before they could be written and after, first ones and last ones. */
+static void test_dropped(void **state)
+{
+    (void)state;
+    static const struct { uint32_t first_row, rows; } dropped[] = {{1, 1}, {HEIGHT - 1, 1}, {20, 21}, {0, HEIGHT}};
+    for (size_t i = 0; i < sizeof dropped / sizeof *dropped; i++)
+        for (int written = 0; written < 2; written++) {
+            struct assembly *assembly = create();
+            uint32_t first_row = dropped[i].first_row, rows = dropped[i].rows;
+            add_band(assembly, 0, 1);
+            for (uint32_t row = HEIGHT; --row > 0;)
+                add_band(assembly, row, 1);
+            for (int waited = 0; written && waited < 100; waited++)
+                usleep(100); /* most are written by now; if not, it is the other case again */
+            for (uint32_t row = first_row; row < first_row + rows; row++)
+                assert_int_equal(assembly_drop(assembly, row, 1, &error), STATUS_OK);
+            add_band(assembly, first_row, rows);
+            assert_complete(assembly);
+        }
+}
+
+/* Who waits for the bell need not wait for anything else. */
+static void test_bell(void **state)
+{
+    (void)state;
+    struct assembly *assembly = create();
+    struct pollfd bell = {.fd = eventfd(0, EFD_CLOEXEC), .events = POLLIN};
+    add_band(assembly, 1, HEIGHT - 1);
+    add_band(assembly, 0, 1);
+    assert_int_equal(poll(&bell, 1, 0), 0);
+    assembly_finish(assembly, bell.fd);
+    assert_int_equal(poll(&bell, 1, -1), 1);
+    assert_true(assembly_is_finished(assembly));
+    assert_int_equal(access(output, F_OK), 0);
+    assert_int_equal(assembly_complete(&assembly, &error), STATUS_OK);
+    close(bell.fd);
+    unlink(output);
 }
 
 static size_t count_files(void)
@@ -306,6 +348,7 @@ static void test_written_while_rows_are_missing(void **state)
         usleep(1000);
     assert_true(part_bytes() >= WRITTEN);
     assert_int_equal(add_large(assembly, ROWS_NOW, LARGE_HEIGHT - ROWS_NOW), STATUS_OK);
+    assembly_finish(assembly, -1);
     assert_int_equal(assembly_complete(&assembly, &error), STATUS_OK);
     assert_int_equal(unlink(output), 0);
 }
@@ -324,8 +367,10 @@ static void test_failure_to_write(void **state)
     enum status status = assembly_add(assembly, 0, LARGE_HEIGHT - 1, rows, &error);
     if (status == STATUS_OK)
         status = assembly_add(assembly, LARGE_HEIGHT - 1, 1, last, &error);
-    if (status == STATUS_OK)
+    if (status == STATUS_OK) {
+        assembly_finish(assembly, -1);
         status = assembly_complete(&assembly, &error);
+    }
     assembly_abandon(&assembly);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
     assert_int_equal(status, STATUS_OUTPUT);
@@ -402,7 +447,9 @@ static int remove_folder(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_in_order), cmocka_unit_test(test_whole),   cmocka_unit_test(test_backwards),
+        cmocka_unit_test(test_in_order), cmocka_unit_test(test_whole),
+        cmocka_unit_test(test_dropped),
+        cmocka_unit_test(test_bell),   cmocka_unit_test(test_backwards),
         cmocka_unit_test(test_maps), cmocka_unit_test(test_map_without_folder), cmocka_unit_test(test_sum),
         cmocka_unit_test(test_shuffled), cmocka_unit_test(test_abandon), cmocka_unit_test(test_no_folder),
         cmocka_unit_test(test_record_bytes),

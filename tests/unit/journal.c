@@ -128,6 +128,44 @@ static void test_goes_on(void **state)
     journal_close(&journal, true);
 }
 
+/* That a band counts no more is found after it, and what comes later is found too. */
+static void test_undone(void **state)
+{
+    (void)state;
+    struct bytes data = {0};
+    struct journal_band found, band = make_band(2, (uint8_t[BAND_BYTES_MAX]){0});
+    struct journal *journal = open_again();
+    add_bands(journal, 0, 3);
+    assert_int_equal(journal_undo(journal, &band, &error), STATUS_OK);
+    add_bands(journal, 2, 3);
+    journal_close(&journal, false);
+    journal = open_again();
+    for (uint32_t i = 0; i < 5; i++) {
+        assert_true(journal_next(journal, &found, &data));
+        assert_int_equal(found.undone, i == 3);
+        assert_int_equal(found.first_row, i < 3 ? 10 * i : 20);
+        assert_int_equal(data.size, i == 3 ? 0 : make_band(i < 3 ? i : 2, (uint8_t[BAND_BYTES_MAX]){0}).size);
+    }
+    assert_false(journal_next(journal, &found, &data));
+    bytes_finish(&data);
+    journal_close(&journal, true);
+}
+
+static void test_cleared(void **state)
+{
+    (void)state;
+    for (int resume = 0; resume < 2; resume++) {
+        struct journal *journal = open_with(&key, resume);
+        add_bands(journal, 0, BANDS);
+        assert_int_equal(journal_clear(journal, &error), STATUS_OK);
+        add_bands(journal, 0, 2);
+        journal_close(&journal, false);
+        journal = open_again();
+        expect_bands(journal, resume ? 2 : 0);
+        journal_close(&journal, true);
+    }
+}
+
 static void test_empty(void **state)
 {
     (void)state;
@@ -328,6 +366,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_found_again), cmocka_unit_test(test_goes_on),       cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_undone),        cmocka_unit_test(test_cleared),
         cmocka_unit_test(test_closed_at_once), cmocka_unit_test(test_cut_short),  cmocka_unit_test(test_changed),
         cmocka_unit_test(test_other_renders), cmocka_unit_test(test_rejected),    cmocka_unit_test(test_not_resumed),
         cmocka_unit_test(test_locked),        cmocka_unit_test(test_no_folder),   cmocka_unit_test(test_full_disk),
