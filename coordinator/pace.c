@@ -46,6 +46,11 @@ void pace_beat(struct pace *pace, uint64_t progress, int64_t now_ms)
     pace->progress = progress;
 }
 
+void pace_excuse(struct pace *pace, int64_t now_ms)
+{
+    pace->advanced_ms = now_ms;
+}
+
 static bool is_known(const struct pace *pace, uint32_t job, enum render_pass pass)
 {
     return pace->rows > 0 && pace->job == job && pace->pass == pass;

@@ -37,6 +37,9 @@ void pace_answer(struct pace *pace, uint32_t job, enum render_pass pass, uint32_
 /* It said how far it is: any number that grows as work is done. */
 void pace_beat(struct pace *pace, uint64_t progress, int64_t now_ms);
 
+/* Until now it had something else to do: that it has not advanced says nothing. */
+void pace_excuse(struct pace *pace, int64_t now_ms);
+
 /* How long it would take for so many rows with nothing else to do; and from grant to answer as it goes. −1: unknown, as
  * long as it has answered nothing of that pass. */
 int64_t pace_alone_ms(const struct pace *pace, uint32_t job, enum render_pass pass, uint64_t rows, int64_t now_ms);

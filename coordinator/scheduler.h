@@ -3,12 +3,13 @@
  * with actions; it has no clock, no sockets and no threads, so that a test can drive it through any history.
  *
  * A job is the rows 0..rows−1 of one picture, which may be surveyed first: then it has two passes (wire/message.h),
- * each over rows of its own, and the second begins when every row of the first is accepted; meanwhile idle workers
- * go on with the next job. Rows are handed out as bands, each under a lease to one worker. When none are left, a band is
- * leased to an idle worker too that would be done with it before the one who has it, by what both have shown (pace.h), and
- * to one more each time that patience runs out. The first answer is accepted and every other lease of the band revoked.
- * A worker that is lost loses its leases, and their bands are handed out again; so does one that is stuck, unless nobody
- * else is there. Every row is accepted exactly once a pass, and a job ends if one worker answers, whatever the others do.
+ * each over rows of its own, and the second begins when every row of the first is accepted; meanwhile idle workers go
+ * on with the next job. Rows are handed out as bands, each under a lease to one worker. When none are left, a band is
+ * leased to an idle worker too that would be done with it before the one who has it, by what both have shown (pace.h),
+ * and to one more each time that patience with its last holder runs out. The first answer is accepted and every other
+ * lease of the band revoked. A worker that is lost loses its leases, and their bands are handed out again; so does one
+ * that is stuck, unless it loads a job or nobody else is there. Every row is accepted exactly once a pass, and a job
+ * ends if one worker answers, whatever the others do.
  */
 #ifndef WEFT_COORDINATOR_SCHEDULER_H
 #define WEFT_COORDINATOR_SCHEDULER_H
@@ -28,7 +29,7 @@ enum { SCHEDULER_LOSSES_MAX = 3 }; /* a band that was lost with so many workers 
 
 enum event_kind {
     EVENT_JOB,    /* a new job: survey_rows, rows, kept. Jobs are numbered 0, 1, … in the order of these events */
-    EVENT_JOIN,   /* worker, threads, credit. Worker numbers are the caller's, each used once */
+    EVENT_JOIN,   /* worker, threads, credit. Worker numbers are the caller's, small, each used once */
     EVENT_READY,  /* worker has loaded the job */
     EVENT_BEAT,   /* worker is alive: progress */
     EVENT_RESULT, /* worker returned all of a lease's rows */
@@ -103,9 +104,6 @@ int64_t scheduler_deadline(const struct scheduler *scheduler);
 
 /* Whether worker holds this lease, and which rows of which job and pass it is for. */
 bool scheduler_lease(const struct scheduler *scheduler, uint32_t worker, uint64_t lease, struct action *grant);
-
-/* Leases that the worker holds. */
-size_t scheduler_held(const struct scheduler *scheduler, uint32_t worker);
 
 /* Rows of the job's present pass that are out under a lease. */
 uint32_t scheduler_rows_leased(const struct scheduler *scheduler, uint32_t job);

@@ -32,7 +32,10 @@ static struct {
         bool wants_none; /* it drains or is gone */
     } workers[WORKERS_MAX];
     uint32_t job_count, worker_count;
-    uint64_t *leases; /* granted so far */
+    struct {
+        uint64_t number;
+        uint32_t worker;
+    } *leases; /* granted so far */
     size_t lease_count, lease_capacity;
 } run;
 
@@ -47,15 +50,25 @@ static struct pass *pass_of(const struct action *action)
     return pass;
 }
 
+static uint32_t count_held(uint32_t worker)
+{
+    uint32_t held = 0;
+    struct action grant;
+    for (size_t i = 0; i < run.lease_count; i++)
+        held += run.leases[i].worker == worker && scheduler_lease(run.scheduler, worker, run.leases[i].number, &grant);
+    return held;
+}
+
 static void take_grant(const struct action *action)
 {
     const struct pass *pass = pass_of(action);
     require(action->worker < run.worker_count && !run.workers[action->worker].wants_none);
-    require(scheduler_held(run.scheduler, action->worker) <= run.workers[action->worker].credit);
     for (uint32_t row = 0; row < action->rows; row++)
         require(!pass->accepted[action->first_row + row]);
     run.leases = memory_grow(run.leases, &run.lease_capacity, run.lease_count + 1, sizeof *run.leases);
-    run.leases[run.lease_count++] = action->lease;
+    run.leases[run.lease_count].number = action->lease;
+    run.leases[run.lease_count++].worker = action->worker;
+    require(count_held(action->worker) <= run.workers[action->worker].credit);
 }
 
 /* Every row once a pass. */
@@ -138,7 +151,7 @@ static void add_worker(uint32_t threads, uint32_t credit)
 /* Any lease that was granted, or one that never was. */
 static void return_result(uint32_t worker, size_t lease)
 {
-    uint64_t number = lease < run.lease_count ? run.leases[lease] : UINT64_MAX - lease;
+    uint64_t number = lease < run.lease_count ? run.leases[lease].number : UINT64_MAX - lease;
     handle((struct event){.kind = EVENT_RESULT, .worker = worker, .lease = number});
 }
 

@@ -121,8 +121,7 @@ static void check_peer(const struct peer *peer)
     struct action grant;
     if (coordinator.ending) /* the scheduler is told nothing any more */
         return;
-    require(!peer->gone || (peer->incoming_count == 0 && scheduler_held(scheduler, peer->number) == 0),
-            "worker %u is gone and holds bands", peer->number);
+    require(!peer->gone || peer->incoming_count == 0, "worker %u is gone and results of it are kept", peer->number);
     for (size_t i = 0; i < peer->incoming_count; i++)
         require(scheduler_lease(scheduler, peer->number, peer->incoming[i].lease, &grant),
                 "results are kept that worker %u does not owe", peer->number);
@@ -236,10 +235,9 @@ static void check_done(void)
     const struct dispatcher *d = coordinator.dispatcher;
     for (uint32_t i = 0; i < coordinator.job_count; i++) {
         require(coordinator.jobs[i].state == JOB_DONE, "job %u is not done", i);
+        require(scheduler_rows_leased(d->scheduler, i) == 0, "job %u is done and leased", i);
         check_rows(&coordinator.jobs[i]);
     }
-    for (size_t i = 0; i < d->peer_count; i++)
-        require(scheduler_held(d->scheduler, d->peers[i].number) == 0, "worker %zu holds bands of nothing", i + 1);
     tally.done++;
 }
 

@@ -10,14 +10,11 @@ static void test_one_worker(void **state)
     assert_true(scheduler_deadline(scheduler) == INT64_MAX);
     expect(job(10), "");
     expect(join(1, 1, 2), "announce w1 j0");
-    assert_int_equal(scheduler_held(scheduler, 1), 0);
     expect(ready(1, 0), "grant w1 j0 0+4 #1, grant w1 j0 4+4 #2");
-    assert_int_equal(scheduler_held(scheduler, 1), 2);
     assert_int_equal(scheduler_rows_leased(scheduler, 0), 8);
     expect(result(1, 1), "ack w1 #1, accept j0 0+4, grant w1 j0 8+2 #3");
     expect(result(1, 3), "ack w1 #3, accept j0 8+2");
     expect(result(1, 2), "ack w1 #2, accept j0 4+4, end w1 j0, done j0");
-    assert_int_equal(scheduler_held(scheduler, 1), 0);
     assert_int_equal(scheduler_rows_leased(scheduler, 0), 0);
     expect(plain(EVENT_TICK, 0), "");
 }
@@ -36,7 +33,6 @@ static void test_lease_lookup(void **state)
     assert_int_equal(grant.rows, 4);
     assert_false(scheduler_lease(scheduler, 7, 3, &grant));
     assert_false(scheduler_lease(scheduler, 1, 2, &grant));
-    assert_int_equal(scheduler_held(scheduler, 1), 0);
     assert_int_equal(scheduler_rows_leased(scheduler, 5), 0);
 }
 
@@ -53,8 +49,6 @@ static void test_credit(void **state)
     expect(ready(1, 0), "grant w1 j0 1+1 #2, grant w1 j0 2+1 #3, grant w1 j0 3+1 #4");
     expect(ready(1, 0), ""); /* said twice */
     expect(result(1, 3), "ack w1 #3, accept j0 2+1, grant w1 j0 4+1 #5");
-    assert_int_equal(scheduler_held(scheduler, 1), 3);
-    assert_int_equal(scheduler_held(scheduler, 2), 1);
 }
 
 /* Where several can take more, bands go round, one each. */
@@ -63,6 +57,7 @@ static void test_turns(void **state)
     (void)state;
     start(1);
     tell(job(4));
+    tell(job(4)); /* nobody has it yet; if it were not there, a worker would get no second band of so few */
     tell(join(1, 1, 4));
     tell(join(2, 1, 4));
     tell(join(3, 1, 4));
@@ -157,7 +152,6 @@ static void test_lost_bands_come_first(void **state)
     tell(ready(1, 0));
     expect(ready(2, 0), "grant w2 j0 8+4 #3");
     expect(plain(EVENT_LOST, 1), "");
-    assert_int_equal(scheduler_held(scheduler, 1), 0);
     assert_int_equal(scheduler_rows_leased(scheduler, 0), 4);
     expect(result(2, 3), "ack w2 #3, accept j0 8+4, grant w2 j0 0+4 #4");
     expect(result(2, 4), "ack w2 #4, accept j0 0+4, grant w2 j0 4+4 #5");
@@ -227,7 +221,6 @@ static void test_leaving_is_no_loss(void **state)
     for (uint32_t worker = 1; worker <= 10; worker++) {
         tell(join(worker, 1, 1));
         tell(ready(worker, 0));
-        assert_int_equal(scheduler_held(scheduler, worker), 1);
         expect(plain(EVENT_LEAVE, worker), "");
     }
 }
@@ -242,7 +235,6 @@ static void test_three_losses(void **state)
     for (uint32_t worker = 2; worker <= 4; worker++) {
         tell(join(worker, 1, 1));
         tell(ready(worker, 0));
-        assert_int_equal(scheduler_held(scheduler, worker), 1);
         if (worker < 4)
             expect(plain(EVENT_LOST, worker), "");
     }
@@ -362,8 +354,10 @@ static void test_wasted_time(void **state)
     tell(join(4, 1, 1));
     expect(ready(4, 0), "grant w4 j0 20+10 #4");
     now_ms += 100;
-    expect(result(4, 4), "ack w4 #4, accept j0 20+10, revoke w3 #3, "
-                         "grant w3 j0 10+10 #5, grant w4 j0 10+10 #6");
+    expect(result(4, 4), "ack w4 #4, accept j0 20+10, revoke w3 #3, grant w4 j0 10+10 #5");
+    assert_true(scheduler_deadline(scheduler) == now_ms + 300); /* as long as for the first copy */
+    now_ms += 300;
+    expect(plain(EVENT_BEAT, 3), "grant w3 j0 10+10 #6");
 }
 
 /* --- pace ------------------------------------------------------------------------------------------------- */
@@ -423,6 +417,9 @@ static void test_stuck(void **state)
     now_ms += 1999;
     expect(beat(2, 5), "");
     now_ms++;
+    expect(plain(EVENT_TICK, 0), ""); /* it may have said meanwhile how it gets on */
+    expect(beat(2, 5), "");
+    assert_true(scheduler_deadline(scheduler) == now_ms);
     expect(plain(EVENT_TICK, 0), "expel w2");
     assert_true(actions.items[0].stuck);
     for (int i = 0; i < 30; i++, now_ms += 3000) {
@@ -430,6 +427,60 @@ static void test_stuck(void **state)
         expect(plain(EVENT_TICK, 0), "");
     }
     expect(result(1, 1), "ack w1 #1, accept j0 0+10, grant w1 j0 10+10 #3");
+}
+
+/* Two workers, ready; worker 2 advanced every second and then no more: its threads load the next job. */
+static void start_loading(void)
+{
+    start(10);
+    tell(job(20));
+    tell(join(1, 1, 1));
+    tell(join(2, 1, 1));
+    tell(ready(1, 0));
+    tell(ready(2, 0));
+    for (uint64_t progress = 1; progress <= 5; progress++, now_ms += 1000)
+        for (uint32_t worker = 1; worker <= 2; worker++)
+            tell(beat(worker, progress));
+    expect(job(20), "announce w1 j1, announce w2 j1");
+    tell(ready(1, 1));
+}
+
+/* For `seconds` worker 1 advances and worker 2 does not. */
+static void load_on(int seconds)
+{
+    static uint64_t progress = 100;
+    for (int i = 0; i < seconds; i++, now_ms += 1000) {
+        expect(beat(1, progress++), "");
+        expect(beat(2, 5), "");
+        expect(plain(EVENT_TICK, 0), "");
+    }
+}
+
+/* As long as it loads it is not stuck; then it has as long as ever. */
+static void test_loading_is_not_stuck(void **state)
+{
+    (void)state;
+    start_loading();
+    load_on(60);
+    tell(ready(2, 1));
+    load_on(10);
+    expect(beat(2, 5), "");
+    expect(plain(EVENT_TICK, 0), "expel w2");
+    assert_true(actions.items[0].stuck);
+}
+
+/* The job that it loads is over before it is ready: the same. */
+static void test_loading_in_vain(void **state)
+{
+    (void)state;
+    start_loading();
+    load_on(20);
+    expect(result(1, 1), "ack w1 #1, accept j0 0+10, grant w1 j1 0+10 #3");
+    expect(result(1, 3), "ack w1 #3, accept j1 0+10, grant w1 j1 10+10 #4");
+    expect(result(1, 4), "ack w1 #4, accept j1 10+10, end w1 j1, end w2 j1, done j1");
+    load_on(10);
+    expect(beat(2, 5), "");
+    expect(plain(EVENT_TICK, 0), "expel w2, grant w1 j0 10+10 #5");
 }
 
 /* --- several jobs ----------------------------------------------------------------------------------------- */
@@ -465,6 +516,33 @@ static void test_late_joiner(void **state)
     expect(join(2, 1, 1), "announce w2 j1, announce w2 j2");
     expect(ready(2, 2), "grant w2 j2 0+10 #2");
     expect(ready(2, 0), ""); /* over, and never announced to it */
+}
+
+/* Workers are told of as many jobs as it takes to keep all threads busy, and no more. */
+static void test_jobs_for_many_threads(void **state)
+{
+    (void)state;
+    start(1);
+    for (int i = 0; i < 9; i++)
+        tell(job(10));
+    expect(join(1, 10, 10), "announce w1 j0, announce w1 j1");
+    expect(join(2, 5, 2), "announce w2 j0, announce w2 j1, announce w1 j2, announce w2 j2");
+    expect(ready(2, 1), "grant w2 j1 0+1 #1, grant w2 j1 1+1 #2");
+    expect(plain(EVENT_BEAT, 1), "announce w1 j3, announce w2 j3"); /* 28 rows were waiting */
+    expect(plain(EVENT_BEAT, 1), "");
+}
+
+/* Without other jobs, the last rows of a picture that is small for so many threads go out one by one, and to threads
+ * that have nothing to do. */
+static void test_few_rows_for_many_threads(void **state)
+{
+    (void)state;
+    start(0);
+    tell(job(10));
+    tell(join(1, 2, 4));
+    tell(join(2, 2, 4));
+    expect(ready(1, 0), "grant w1 j0 0+4 #1, grant w1 j0 4+4 #2");
+    expect(ready(2, 0), "grant w2 j0 8+1 #3, grant w2 j0 9+1 #4");
 }
 
 /* A straggler of a later job is duplicated too, though an earlier one is still open. */
@@ -537,8 +615,12 @@ int main(void)
         cmocka_unit_test_teardown(test_wasted_time, finish),
         cmocka_unit_test_teardown(test_slow_worker_gets_less, finish),
         cmocka_unit_test_teardown(test_stuck, finish),
+        cmocka_unit_test_teardown(test_loading_is_not_stuck, finish),
+        cmocka_unit_test_teardown(test_loading_in_vain, finish),
         cmocka_unit_test_teardown(test_jobs_overlap, finish),
         cmocka_unit_test_teardown(test_late_joiner, finish),
+        cmocka_unit_test_teardown(test_jobs_for_many_threads, finish),
+        cmocka_unit_test_teardown(test_few_rows_for_many_threads, finish),
         cmocka_unit_test_teardown(test_backup_beyond_a_finished_job, finish),
         cmocka_unit_test_teardown(test_harmless_events, finish),
     };

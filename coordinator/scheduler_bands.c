@@ -1,0 +1,282 @@
+/* The scheduler's bands: cut, handed out, answered, given back. */
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "coordinator/scheduler_private.h"
+
+enum {
+    BAND_ROWS_MAX = 32, /* of a band cut automatically, */
+    BAND_ROWS_MIN = 4,  /* and of a render's, unless rows are scarce: adaptive sampling looks beyond its edges */
+    BANDS_A_THREAD = 2, /* into how many bands a thread's share of the remaining rows is cut */
+};
+
+/* --- cutting ---------------------------------------------------------------------------------------------- */
+
+static uint32_t rows_of(const struct job *job)
+{
+    return job->pass_rows[job->pass];
+}
+
+static bool is_kept(const struct job *job, size_t at)
+{
+    return at < job->kept_count && job->kept[at].pass == job->pass;
+}
+
+/* Where the next kept rows of the pass begin, or its rows end. */
+static uint32_t cut_end(const struct job *job)
+{
+    return is_kept(job, job->kept_at) ? job->kept[job->kept_at].first_row : rows_of(job);
+}
+
+static void skip_kept(struct job *job)
+{
+    while (job->next_row < rows_of(job) && job->next_row == cut_end(job))
+        job->next_row += job->kept[job->kept_at++].rows;
+}
+
+void scheduler_begin_pass(struct job *job, enum render_pass pass)
+{
+    scheduler_clear_bands(job);
+    job->pass = pass;
+    job->next_row = job->accepted_rows = 0;
+    job->answered_ms = job->answered_rows = job->answered = 0;
+    for (size_t i = job->kept_at; is_kept(job, i); i++)
+        job->accepted_rows += job->kept[i].rows;
+    skip_kept(job);
+}
+
+void scheduler_clear_bands(struct job *job)
+{
+    list_empty(&job->waiting);
+    for (size_t i = 0; i < job->band_count; i++)
+        free(job->bands[i]);
+    job->band_count = 0;
+}
+
+/* A share of `rows` for a worker that is slower than the mean, so that its bands take as long as those of others; few
+ * rows as long as nobody knows. */
+static uint64_t rows_for(const struct job *job, const struct worker *w, uint64_t rows)
+{
+    enum { PARTS = 64 }; /* of a millisecond */
+    int64_t own = pace_leased_ms(&w->pace, job->number, job->pass, PARTS * rows);
+    if (own < 0)
+        return BAND_ROWS_MIN;
+    int64_t mean = job->answered_ms * PARTS * (int64_t)rows / job->answered_rows;
+    return own > mean && own > 0 ? rows * (uint64_t)mean / (uint64_t)own : rows;
+}
+
+/* There were not enough rows in the picture for bands of the usual size, and now there is not one for each thread. */
+static bool is_scarce(const struct scheduler *s, const struct job *job)
+{
+    return scheduler_rows_waiting(job) < s->threads && rows_of(job) < BANDS_A_THREAD * BAND_ROWS_MIN * s->threads;
+}
+
+/* Guided self-scheduling: a share of what remains, so that bands are large while there is much to do and small when
+ * the end is near. */
+static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job, const struct worker *w)
+{
+    bool renders = job->pass == PASS_RENDER;
+    uint32_t remaining = rows_of(job) - job->next_row, rows = renders ? s->policy.band_rows : 0;
+    uint32_t together = cut_end(job) - job->next_row;
+    if (rows == 0) {
+        uint64_t share = remaining / (BANDS_A_THREAD * s->threads);
+        uint64_t least = renders && !is_scarce(s, job) ? BAND_ROWS_MIN : 1;
+        share = share < BAND_ROWS_MAX ? share : BAND_ROWS_MAX;
+        share = renders && share > least ? rows_for(job, w, share) : share;
+        rows = (uint32_t)(share < least ? least : share);
+    }
+    return rows < together ? rows : together;
+}
+
+static struct band *cut_band(struct scheduler *s, struct job *job, const struct worker *w)
+{
+    struct band *band = memory_array(1, sizeof *band);
+    *band = (struct band){.first_row = job->next_row, .rows = rows_to_cut(s, job, w)};
+    list_empty(&band->leases);
+    job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof(struct band *));
+    job->bands[job->band_count++] = band;
+    job->next_row += band->rows;
+    skip_kept(job);
+    return band;
+}
+
+/* --- leases ----------------------------------------------------------------------------------------------- */
+
+struct lease *scheduler_find_lease(const struct worker *w, uint64_t id)
+{
+    list_each(link, &w->leases) {
+        struct lease *lease = list_owner(link, struct lease, in_worker);
+        if (lease->id == id)
+            return lease;
+    }
+    return NULL;
+}
+
+static void add_lease(struct scheduler *s, struct worker *w, struct job *job, struct band *band)
+{
+    struct lease *lease = memory_array(1, sizeof *lease);
+    *lease = (struct lease){s->next_lease++, w, job, band, s->now_ms, {0}, {0}};
+    list_append(&w->leases, &lease->in_worker);
+    list_append(&band->leases, &lease->in_band);
+    if (w->lease_count++ == 0)
+        pace_begin(&w->pace, s->now_ms);
+    s->lease_count++;
+    scheduler_update_room(s, w);
+    scheduler_act(s, (struct action){.kind = ACTION_GRANT, .worker = w->number, .job = job->number, .pass = job->pass,
+                                     .first_row = band->first_row, .rows = band->rows, .lease = lease->id});
+}
+
+void scheduler_grant(struct scheduler *s, struct worker *w, struct job *job, struct band *band)
+{
+    if (band->holders++ == 0) {
+        band->state = BAND_LEASED;
+        band->granted_ms = s->now_ms;
+        job->leased_rows += band->rows;
+    }
+    band->copied_ms = s->now_ms;
+    list_append(&job->leased, &band->in_job);
+    add_lease(s, w, job, band);
+}
+
+/* Frees the lease. Its worker may get another band instead. */
+static void drop_lease(struct scheduler *s, struct lease *lease)
+{
+    struct worker *w = lease->worker;
+    list_leave(&lease->in_worker);
+    list_leave(&lease->in_band);
+    lease->band->holders--;
+    s->lease_count--;
+    if (--w->lease_count == 0)
+        pace_end(&w->pace, s->now_ms);
+    scheduler_update_room(s, w);
+    list_append(&s->turn, &w->in_turn);
+    free(lease);
+}
+
+void scheduler_revoke(struct scheduler *s, struct job *job, struct band *band)
+{
+    while (!list_is_empty(&band->leases)) {
+        struct lease *lease = list_owner(band->leases.next, struct lease, in_band);
+        scheduler_act(s, (struct action){.kind = ACTION_REVOKE, .worker = lease->worker->number, .lease = lease->id});
+        drop_lease(s, lease);
+    }
+    list_leave(&band->in_job);
+    band->state = BAND_DONE;
+    job->leased_rows -= band->rows;
+}
+
+/* --- answers ---------------------------------------------------------------------------------------------- */
+
+static void accept(struct scheduler *s, uint32_t worker, struct job *job, struct band *band, int64_t lease_ms)
+{
+    job->answered_ms += lease_ms;
+    job->answered++;
+    job->answered_rows += band->rows;
+    job->accepted_rows += band->rows;
+    scheduler_act(s, (struct action){.kind = ACTION_ACCEPT, .worker = worker, .job = job->number, .pass = job->pass,
+                                     .first_row = band->first_row, .rows = band->rows, .lease_ms = lease_ms});
+    scheduler_revoke(s, job, band);
+    scheduler_end_complete_passes(s, job);
+}
+
+void scheduler_take_result(struct scheduler *s, struct worker *w, uint64_t id)
+{
+    struct lease *lease = scheduler_find_lease(w, id);
+    scheduler_act(s, (struct action){.kind = ACTION_ACK, .worker = w->number, .lease = id});
+    if (!lease)
+        return; /* revoked meanwhile: the band is done already */
+    struct job *job = lease->job;
+    struct band *band = lease->band;
+    int64_t lease_ms = s->now_ms - lease->granted_ms;
+    pace_answer(&w->pace, job->number, job->pass, band->rows, lease_ms, s->now_ms);
+    drop_lease(s, lease);
+    accept(s, w->number, job, band, lease_ms);
+}
+
+/* --- losses ----------------------------------------------------------------------------------------------- */
+
+/* A worker that had the band is gone. */
+static void lose_band(struct scheduler *s, struct job *job, struct band *band, uint32_t worker, bool by_fault)
+{
+    if (by_fault)
+        band->lost_by[band->losses++] = worker;
+    if (band->holders == 0) {
+        band->state = BAND_WAITING;
+        job->leased_rows -= band->rows;
+        list_append(&job->waiting, &band->in_job);
+        s->everyones_turn = true;
+    }
+    if (band->losses == SCHEDULER_LOSSES_MAX)
+        scheduler_fail_job(s, job, band);
+}
+
+/* In two steps: when a loss ends a job, the worker that is gone must not be among those who hold its bands. */
+void scheduler_give_back(struct scheduler *s, struct worker *w, bool by_fault)
+{
+    list_each(link, &w->leases) {
+        struct lease *lease = list_owner(link, struct lease, in_worker);
+        list_leave(&lease->in_band);
+        lease->band->holders--;
+    }
+    while (!list_is_empty(&w->leases)) {
+        struct lease *lease = list_owner(w->leases.next, struct lease, in_worker);
+        list_leave(&lease->in_worker);
+        s->lease_count--;
+        if (!lease->job->over)
+            lose_band(s, lease->job, lease->band, w->number, by_fault);
+        free(lease);
+    }
+}
+
+/* --- handing out ------------------------------------------------------------------------------------------ */
+
+/* One that came back, else one cut from the remaining rows, of a job that has rows waiting. */
+static struct band *next_band(struct scheduler *s, struct job *job, const struct worker *w)
+{
+    if (list_is_empty(&job->waiting))
+        return cut_band(s, job, w);
+    return list_owner(job->waiting.next, struct band, in_job);
+}
+
+/* The last rows are not to wait behind those that the worker has in work, when others may have nothing to do. */
+static bool is_for_others(const struct scheduler *s, const struct worker *w, const struct job *job)
+{
+    return s->told_count == 1 && w->lease_count >= w->threads && is_scarce(s, job);
+}
+
+/* Gives the worker one band of the first job that has one for it. */
+static bool grant_one(struct scheduler *s, struct worker *w)
+{
+    for (size_t i = 0; list_is_in(&w->in_room) && i < s->told_count; i++) {
+        struct job *job = s->told[i];
+        if (scheduler_rows_waiting(job) == 0 || *scheduler_readiness(w, job->number) != READINESS_READY)
+            continue;
+        if (is_for_others(s, w, job))
+            continue;
+        scheduler_grant(s, w, job, next_band(s, job, w));
+        return true;
+    }
+    return false;
+}
+
+static bool is_anything_waiting(const struct scheduler *s)
+{
+    for (size_t i = 0; i < s->told_count; i++)
+        if (scheduler_rows_waiting(s->told[i]) > 0)
+            return true;
+    return false;
+}
+
+void scheduler_deal(struct scheduler *s)
+{
+    if (s->everyones_turn && is_anything_waiting(s))
+        list_each(link, &s->room)
+            list_append(&s->turn, &list_owner(link, struct worker, in_room)->in_turn);
+    s->everyones_turn = false;
+    while (!list_is_empty(&s->turn)) {
+        struct worker *w = list_owner(s->turn.next, struct worker, in_turn);
+        list_leave(&w->in_turn);
+        if (grant_one(s, w))
+            list_append(&s->turn, &w->in_turn);
+    }
+}

@@ -1,0 +1,196 @@
+/*
+ * Private to the scheduler: what it knows, and what its files do for one another.
+ *
+ *   scheduler.c          events, and what may be asked
+ *   scheduler_jobs.c     jobs: which of them workers are told of, how their passes end
+ *   scheduler_bands.c    bands: cut, handed out, answered, given back
+ *   scheduler_workers.c  workers: coming, going, silent, stuck
+ *   scheduler_backups.c  second copies of what holds up the end
+ *
+ * There may be ten thousand workers and hundreds of jobs, and an event comes with every band of each. So few events (a
+ * worker that comes or goes, a job, a pass that ends) look through all workers or a job's bands. For the others, what is
+ * to be found is at the head of a list, or what the event names points to it.
+ */
+#ifndef WEFT_COORDINATOR_SCHEDULER_PRIVATE_H
+#define WEFT_COORDINATOR_SCHEDULER_PRIVATE_H
+
+#include "coordinator/list.h"
+#include "coordinator/pace.h"
+#include "coordinator/scheduler.h"
+
+enum {
+    JOBS_AHEAD = 2, /* unfinished jobs that workers are told of at least: the one in work and the one to come, */
+    JOBS_AHEAD_MAX = 256, /* and at most: ten thousand workers need so many, since slow ones hold up some jobs */
+};
+
+enum band_state { BAND_WAITING, BAND_LEASED, BAND_DONE };
+
+struct band {
+    uint32_t first_row, rows;
+    enum band_state state;
+    struct list in_job; /* among its job's waiting or leased bands */
+    struct list leases; /* on it, in the order of granting */
+    uint32_t holders;   /* how many those are */
+    uint32_t losses;    /* leases that ended with their worker's loss, */
+    uint32_t lost_by[SCHEDULER_LOSSES_MAX]; /* and whose */
+    int64_t granted_ms; /* its first lease since it last waited, */
+    int64_t copied_ms;  /* and its last */
+};
+
+struct job {
+    uint32_t number;
+    enum render_pass pass;
+    uint32_t pass_rows[PASSES];
+    bool over;
+    struct kept_rows *kept; /* those at kept_at and later are yet to be passed by next_row */
+    size_t kept_at, kept_count;
+    /* Of the present pass, which began with no band and so with no lease: */
+    uint32_t next_row; /* rows from there on are not yet cut into bands; it is not a kept one */
+    uint32_t accepted_rows, leased_rows; /* kept rows are accepted ones */
+    struct band **bands; /* all, in the order of cutting */
+    size_t band_count, band_capacity;
+    struct list waiting; /* bands to be handed out again, first in first out */
+    struct list leased;  /* the one that was granted last comes last */
+    int64_t answered_ms; /* sum over accepted bands of the time that the worker needed which answered; what others
+                          * wasted on them must not lengthen the patience */
+    uint32_t answered;
+    int64_t answered_rows;
+    /* During a look for backups: */
+    int64_t pace_sum_ms, paces;      /* of workers that know theirs */
+    size_t candidate, candidate_end; /* what is worth a copy: candidates from candidate on */
+};
+
+struct lease {
+    uint64_t id;
+    struct worker *worker;
+    struct job *job;
+    struct band *band;
+    int64_t granted_ms;
+    struct list in_worker, in_band;
+};
+
+enum readiness { READINESS_NONE, READINESS_ANNOUNCED, READINESS_READY };
+
+struct worker {
+    uint32_t number, threads, credit;
+    bool draining;
+    int64_t heard_ms;
+    struct pace pace;
+    struct list leases; /* in the order of granting */
+    size_t lease_count;
+    uint8_t *readiness; /* of each job */
+    size_t readiness_count;
+    size_t loading; /* jobs not over of which it was told, and of which it has not said that they are ready; */
+    size_t loaded;  /* and those of which it has */
+    struct list in_heard, in_room, in_idle, in_turn, in_suspects; /* of the scheduler */
+};
+
+struct scheduler {
+    struct scheduler_policy policy;
+    int64_t now_ms;
+    struct job **jobs;
+    size_t job_count, job_capacity;
+    struct job *told[JOBS_AHEAD_MAX]; /* those not over of which workers are told, in their order */
+    size_t told_count, next_job;      /* next_job: the first of which nobody was told */
+    struct worker **workers; /* by their numbers; NULL: not present */
+    size_t worker_capacity, worker_count; /* count: of those present */
+    uint64_t threads; /* of all present */
+    uint64_t next_lease;
+    size_t lease_count;
+    struct list heard;    /* all workers, who was heard last comes last */
+    struct list room;     /* workers that can take more, */
+    struct list idle;     /* and those of them that hold nothing, but could: who has waited longest comes first */
+    struct list turn;     /* during an event: whom it may get a band; */
+    bool everyones_turn;  /* all that have room: bands wait that did not wait before */
+    struct list suspects; /* workers that beat without progress for too long */
+    int64_t look_ms;      /* backups are not looked for before then; */
+    bool look_put_off;    /* it was put off until then */
+    struct candidate *candidates; /* of the last look */
+    size_t candidate_count, candidate_capacity;
+    struct action_list *actions; /* during scheduler_handle */
+};
+
+void scheduler_act(struct scheduler *scheduler, struct action action);
+
+/* --- workers ---------------------------------------------------------------------------------------------- */
+
+/* The worker of that number, if it is present; else NULL. */
+struct worker *scheduler_worker(const struct scheduler *scheduler, uint32_t number);
+
+void scheduler_add_worker(struct scheduler *scheduler, const struct event *event);
+
+/* Its bands go to others; if it is by its fault, that is held against them. Frees the worker. */
+void scheduler_remove_worker(struct scheduler *scheduler, struct worker *worker, bool by_fault);
+
+/* To be told whenever its leases, its jobs, or its will to take some have changed. */
+void scheduler_update_room(struct scheduler *scheduler, struct worker *worker);
+
+/* What the worker has loaded of that job. */
+uint8_t *scheduler_readiness(struct worker *worker, uint32_t job);
+
+/* It has loaded one of the jobs that it was told of, or need not any more; it may forget one that it has loaded. */
+void scheduler_end_loading(struct scheduler *scheduler, struct worker *worker, bool loaded);
+void scheduler_unload(struct scheduler *scheduler, struct worker *worker);
+
+void scheduler_take_beat(struct scheduler *scheduler, struct worker *worker, uint64_t progress);
+
+/* When the worker is to be considered dead. */
+int64_t scheduler_silent_at(const struct scheduler *scheduler, const struct worker *worker);
+
+/* Expels those from whom nothing more is to be expected. */
+void scheduler_expel_hopeless(struct scheduler *scheduler);
+
+/* --- jobs ------------------------------------------------------------------------------------------------- */
+
+void scheduler_add_job(struct scheduler *scheduler, const struct event *event);
+void scheduler_finish_job(struct job *job);
+
+/* Tells a worker of the jobs of which others know; tells all of further jobs, if it is time. */
+void scheduler_tell_worker(struct scheduler *scheduler, struct worker *worker);
+void scheduler_tell_jobs(struct scheduler *scheduler);
+
+/* Goes on to the next pass if this one is complete, and ends the job after the last. */
+void scheduler_end_complete_passes(struct scheduler *scheduler, struct job *job);
+
+/* Its band was lost too often. */
+void scheduler_fail_job(struct scheduler *scheduler, struct job *job, const struct band *band);
+
+/* --- bands ------------------------------------------------------------------------------------------------ */
+
+/* Rows of the present pass that nobody has. */
+static inline uint32_t scheduler_rows_waiting(const struct job *job)
+{
+    return job->over ? 0 : job->pass_rows[job->pass] - job->accepted_rows - job->leased_rows;
+}
+
+/* Begins that pass with nothing done but what is kept. Nothing may be leased. */
+void scheduler_begin_pass(struct job *job, enum render_pass pass);
+
+/* Forgets all bands. Nothing may be leased. */
+void scheduler_clear_bands(struct job *job);
+
+/* The worker's lease of that number; NULL: it has none. */
+struct lease *scheduler_find_lease(const struct worker *worker, uint64_t id);
+
+void scheduler_grant(struct scheduler *scheduler, struct worker *worker, struct job *job, struct band *band);
+
+/* Takes a leased band from whoever still has it: it is done, or nobody needs it. */
+void scheduler_revoke(struct scheduler *scheduler, struct job *job, struct band *band);
+
+void scheduler_take_result(struct scheduler *scheduler, struct worker *worker, uint64_t lease);
+
+/* The worker is gone: all that it holds goes to others. */
+void scheduler_give_back(struct scheduler *scheduler, struct worker *worker, bool by_fault);
+
+/* Gives bands to those whose turn it is, one each in turn, until nobody can take more. */
+void scheduler_deal(struct scheduler *scheduler);
+
+/* --- backups ---------------------------------------------------------------------------------------------- */
+
+/* Gives idle workers copies of bands that others have. */
+void scheduler_grant_backups(struct scheduler *scheduler);
+
+/* When that is to be called again at the latest. */
+int64_t scheduler_backups_due(const struct scheduler *scheduler);
+
+#endif

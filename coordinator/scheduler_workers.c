@@ -1,0 +1,129 @@
+/* The scheduler's workers: coming, going, silent, stuck. */
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "coordinator/scheduler_private.h"
+
+struct worker *scheduler_worker(const struct scheduler *s, uint32_t number)
+{
+    return number < s->worker_capacity ? s->workers[number] : NULL;
+}
+
+/* Those new are NULL. */
+static void make_room_for(struct scheduler *s, uint32_t number)
+{
+    size_t before = s->worker_capacity;
+    s->workers = memory_grow(s->workers, &s->worker_capacity, (size_t)number + 1, sizeof(struct worker *));
+    for (size_t i = before; i < s->worker_capacity; i++)
+        s->workers[i] = NULL;
+}
+
+void scheduler_add_worker(struct scheduler *s, const struct event *event)
+{
+    struct worker *w = memory_array(1, sizeof *w);
+    make_room_for(s, event->worker);
+    s->workers[event->worker] = w;
+    *w = (struct worker){.number = event->worker, .threads = event->threads, .credit = event->credit,
+                         .heard_ms = s->now_ms};
+    list_empty(&w->leases);
+    list_append(&s->heard, &w->in_heard);
+    s->worker_count++;
+    s->threads += w->threads;
+    scheduler_update_room(s, w);
+    scheduler_tell_worker(s, w);
+}
+
+void scheduler_remove_worker(struct scheduler *s, struct worker *w, bool by_fault)
+{
+    struct list *links[] = {&w->in_heard, &w->in_room, &w->in_idle, &w->in_turn, &w->in_suspects};
+    for (size_t i = 0; i < sizeof links / sizeof *links; i++)
+        list_leave(links[i]);
+    s->workers[w->number] = NULL;
+    s->worker_count--;
+    s->threads -= w->threads;
+    scheduler_give_back(s, w, by_fault);
+    free(w->readiness);
+    free(w);
+}
+
+static void put(struct list *list, struct list *link, bool in)
+{
+    if (!in)
+        list_leave(link);
+    else if (!list_is_in(link))
+        list_append(list, link);
+}
+
+void scheduler_update_room(struct scheduler *s, struct worker *w)
+{
+    bool can_take = !w->draining && w->lease_count < w->credit;
+    put(&s->room, &w->in_room, can_take);
+    put(&s->idle, &w->in_idle, can_take && w->lease_count == 0 && w->loaded > 0);
+}
+
+uint8_t *scheduler_readiness(struct worker *w, uint32_t job)
+{
+    size_t before = w->readiness_count;
+    w->readiness = memory_grow(w->readiness, &w->readiness_count, (size_t)job + 1, sizeof *w->readiness);
+    for (size_t i = before; i < w->readiness_count; i++)
+        w->readiness[i] = READINESS_NONE;
+    return &w->readiness[job];
+}
+
+void scheduler_end_loading(struct scheduler *s, struct worker *w, bool loaded)
+{
+    w->loading--;
+    w->loaded += loaded;
+    pace_excuse(&w->pace, s->now_ms);
+    scheduler_update_room(s, w);
+}
+
+void scheduler_unload(struct scheduler *s, struct worker *w)
+{
+    w->loaded--;
+    scheduler_update_room(s, w);
+}
+
+/* --- those from whom nothing more is to be expected ------------------------------------------------------- */
+
+/* Who loads a job may have no threads left for the bands that it holds. The last one is never given up for being
+ * stuck: a mistake would end the render, and nobody would gain. */
+static bool is_stuck(const struct scheduler *s, const struct worker *w)
+{
+    return w->loading == 0 && s->worker_count > 1 && s->now_ms >= pace_stuck_at(&w->pace);
+}
+
+/* Its answer may be on its way behind this beat, so it is not judged before the next tick. */
+void scheduler_take_beat(struct scheduler *s, struct worker *w, uint64_t progress)
+{
+    pace_beat(&w->pace, progress, s->now_ms);
+    if (is_stuck(s, w))
+        list_append(&s->suspects, &w->in_suspects);
+}
+
+int64_t scheduler_silent_at(const struct scheduler *s, const struct worker *w)
+{
+    return w->heard_ms + s->policy.silence_ms;
+}
+
+static void expel(struct scheduler *s, struct worker *w, bool stuck)
+{
+    scheduler_act(s, (struct action){.kind = ACTION_EXPEL, .worker = w->number, .stuck = stuck});
+    scheduler_remove_worker(s, w, !stuck); /* that a worker is stuck is not held against its bands */
+}
+
+void scheduler_expel_hopeless(struct scheduler *s)
+{
+    while (!list_is_empty(&s->heard)) {
+        struct worker *w = list_owner(s->heard.next, struct worker, in_heard);
+        if (s->now_ms < scheduler_silent_at(s, w))
+            break;
+        expel(s, w, false);
+    }
+    while (!list_is_empty(&s->suspects)) {
+        struct worker *w = list_owner(s->suspects.next, struct worker, in_suspects);
+        list_leave(&w->in_suspects);
+        if (is_stuck(s, w))
+            expel(s, w, true);
+    }
+}
