@@ -14,6 +14,8 @@ enum {
     FETCH_WINDOW = 4 * MESSAGE_CHUNK_MAX, /* bytes asked for and not yet received */
     RETRY_FIRST_MS = 1,                   /* after a HELLO that found no connection; doubled each time */
     RETRY_LAST_MS = 200,
+    RENEW_LAST_MS = 20000,                /* a connection that leads nowhere is given up after SESSION_SILENCE_MS, then
+                                           * after twice that, …: a server on which thousands knock needs its time */
     REFUSED_PAUSE_MS = 10000,             /* before asking again a coordinator that has no use for this worker */
     BROKEN_PAUSE_MS = 1000,               /* before asking again one that broke the protocol */
 };
@@ -52,7 +54,7 @@ struct session {
     bool draining;
     bool unfit; /* said FAILED in this conversation */
     uint64_t epoch;
-    int64_t seeking_since_ms, hello_ms, retry_ms, say_ms, renew_ms, heard_ms, beat_ms;
+    int64_t seeking_since_ms, hello_ms, retry_ms, say_ms, renew_ms, renew_pause_ms, heard_ms, beat_ms;
     uint64_t progress, rays;
     struct cache cache;
     struct fetch fetch;
@@ -107,13 +109,21 @@ static void end(struct session *s, int exit_status)
 
 /* --- coming and going ------------------------------------------------------------------------------------- */
 
+/* On a connection that is new; with a HELLO from pause_ms on. */
+static void begin_seeking(struct session *s, int64_t pause_ms, int64_t now_ms)
+{
+    s->seeking_since_ms = now_ms;
+    s->hello_ms = now_ms + pause_ms;
+    s->renew_pause_ms = SESSION_SILENCE_MS;
+    s->say_ms = s->renew_ms = now_ms + SESSION_SILENCE_MS;
+    s->retry_ms = RETRY_FIRST_MS;
+}
+
 struct session *session_create(const struct session_config *config, int64_t now_ms)
 {
     struct session *s = memory_array(1, sizeof *s);
     s->config = *config;
-    s->seeking_since_ms = s->hello_ms = now_ms;
-    s->say_ms = s->renew_ms = now_ms + SESSION_SILENCE_MS;
-    s->retry_ms = RETRY_FIRST_MS;
+    begin_seeking(s, 0, now_ms);
     return s;
 }
 
@@ -186,10 +196,7 @@ static void seek(struct session *s, int64_t pause_ms, int64_t now_ms)
     s->state = STATE_SEEKING;
     s->epoch = 0;
     s->unfit = false;
-    s->seeking_since_ms = now_ms;
-    s->hello_ms = now_ms + pause_ms;
-    s->say_ms = s->renew_ms = now_ms + SESSION_SILENCE_MS;
-    s->retry_ms = RETRY_FIRST_MS;
+    begin_seeking(s, pause_ms, now_ms);
     if (s->draining)
         end(s, 0);
 }
@@ -224,7 +231,8 @@ static void seek_on(struct session *s, int64_t now_ms)
     }
     if (now_ms >= s->renew_ms) { /* a connection can be dead without ZeroMQ noticing */
         act(s, SESSION_RECONNECT);
-        s->renew_ms = now_ms + SESSION_SILENCE_MS;
+        s->renew_pause_ms = 2 * s->renew_pause_ms < RENEW_LAST_MS ? 2 * s->renew_pause_ms : RENEW_LAST_MS;
+        s->renew_ms = now_ms + s->renew_pause_ms;
     }
     if (now_ms >= s->hello_ms) {
         send_message(s, s->config.hello);

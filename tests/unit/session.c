@@ -19,6 +19,21 @@ static void test_hello_again(void **state)
     assert_string_equal(said, "waiting for a coordinator");
 }
 
+/* The connection is given up after a while, then after longer ones: perhaps thousands knock. */
+static void test_renewal(void **state)
+{
+    (void)state;
+    static const int64_t pauses_ms[] = {5000, 10000, 20000, 20000};
+    start(false, -1);
+    for (size_t i = 0; i < sizeof pauses_ms / sizeof *pauses_ms; i++) {
+        tick(pauses_ms[i] - 1, "HELLO");
+        tick(1, "RECONNECT");
+    }
+    receive(plain(MESSAGE_WELCOME), "");
+    tick(SESSION_SILENCE_MS, "RECONNECT");
+    tick(SESSION_SILENCE_MS, "RECONNECT, HELLO"); /* it begins anew */
+}
+
 /* Without a connection it tries again soon, then less and less often. */
 static void test_hello_without_connection(void **state)
 {
@@ -84,7 +99,7 @@ static void test_refusal(void **state)
     tick(4999, "");
     tick(1, "RECONNECT");
     tick(4999, "");
-    tick(1, "RECONNECT, HELLO"); /* perhaps another one listens there now */
+    tick(1, "HELLO"); /* perhaps another one listens there now */
     receive(plain(MESSAGE_WELCOME), "");
     assert_int_equal(beats, 1);
     receive_from(0, refusal, ""); /* a welcome cannot be taken back */
@@ -208,7 +223,7 @@ static void test_goodbye_to_the_unfit(void **state)
     tick(4999, "");
     tick(1, "RECONNECT");
     tick(4999, "");
-    tick(1, "RECONNECT, HELLO");
+    tick(1, "HELLO");
     receive(plain(MESSAGE_WELCOME), "");
     receive(plain(MESSAGE_GOODBYE), "GOODBYE, RECONNECT, HELLO"); /* of this one it said nothing */
 }
@@ -291,6 +306,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_hello_again, finish),
+        cmocka_unit_test_teardown(test_renewal, finish),
         cmocka_unit_test_teardown(test_hello_without_connection, finish),
         cmocka_unit_test_teardown(test_waiting_ends, finish),
         cmocka_unit_test_teardown(test_waiting_with_keys, finish),
