@@ -58,11 +58,11 @@ PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker
 
 FUZZ_TARGETS = $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c)) $(FUZZ_TARGETS:%=$(B)/tests/fuzz/%.t)
-SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/fault/*.t tests/golden/*.t tests/bench/*/*.t)
+SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/fault/*.t tests/golden/*.t tests/manuals/*.t tests/bench/*/*.t)
 FAIL    = $(B)/tests/fault/fail.so
 
-.PHONY: all demo test test-one-mode test-isa chaos failures fuzz fuzz-targets soak bench bench-scale bench-peers \
-        bench-error clean help
+.PHONY: all demo pictures test test-one-mode test-isa chaos failures fuzz fuzz-targets soak bench bench-scale \
+        bench-peers bench-error clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
@@ -86,8 +86,13 @@ help:
 	@echo 'make bench-error'
 	@echo '                error against CPU time of weft, POV-Ray and Tachyon, with plots (an hour and a half;'
 	@echo '                installing gnuplot too); FULL=1, NFF=FOLDER: as above; ERROR=--help: other options'
+	@echo 'make pictures   renders the pictures of scenes/README.md anew, into scenes/pictures'
 	@echo 'make clean      removes what was built'
 	@echo 'CC=clang builds with clang; MODE=sanitize B=build/sanitize builds with sanitizers'
+
+# Those of scenes/README.md, which tests/manuals/pictures.t holds weft to.
+pictures: all
+	scenes/pictures/render $(B)/weft scenes/pictures
 
 demo: all
 	$(B)/weft render scenes/showcase.json --workers 2 -o showcase.png

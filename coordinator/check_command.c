@@ -25,9 +25,12 @@ static enum status handle_option(void *context, int key, const char *argument, s
     (void)context, (void)argument, (void)error;
     if (key == OPTION_HELP) {
         puts("usage: weft check SCENE\n"
-             "Checks a scene with all that it reaches, and prints what rendering it takes: what of\n"
-             "weft is compiled in for it, and what is left out.\n");
+             "Checks a scene (.json or .nff) with all that it reaches: says what is wrong, or\n"
+             "else what rendering it takes, what of weft is compiled in for it and what is\n"
+             "left out.\n");
         options_help(stdout, options);
+        puts("\nExit status: 0 the scene is good; 2 wrong usage; 3 it is not, or a file that it\n"
+             "names; 5 an internal failure. weft-scene(5) says how scenes are written.");
     } else {
         puts("weft " WEFT_VERSION);
     }

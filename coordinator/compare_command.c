@@ -16,8 +16,8 @@
 enum { OPTION_MAX_RMSE = 256, OPTION_PPD, OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
-    {OPTION_MAX_RMSE, "max-rmse", "X", "fail (exit status 1) if the RMSE is above X"},
-    {'o', "output", "DIFF.png", "write a picture of the FLIP errors: from black, 0, to pale yellow, 1"},
+    {OPTION_MAX_RMSE, "max-rmse", "X", "fail, with exit status 1, if the RMSE is above X"},
+    {'o', "output", "DIFF.png", "paint the FLIP errors: from black, 0, to yellow, 1"},
     {OPTION_PPD, "ppd", "N", "pixels per degree that FLIP is seen at (default 67)"},
     {OPTION_HELP, "help", NULL, "print this and exit"},
     {OPTION_VERSION, "version", NULL, "print the version and exit"},
@@ -36,12 +36,13 @@ static void print_help(void)
     puts("usage: weft compare [OPTION]... A B\n"
          "Prints how far two images of one size are apart; each is a PNG or a PFM.\n");
     options_help(stdout, options);
-    puts("\nRMSE, PSNR and the maximum error compare what a display shows, 0..1: a PNG's values as they are, and a\n"
-         "PFM's linear light clamped to 0..1 and sRGB-encoded, unrounded. Transparency is not looked at. FLIP (HPG\n"
-         "2020) is the mean, 0..1, of the error that a person would see who flips between the images: on a display\n"
+    puts("\nRMSE, PSNR and the maximum error compare what a display shows, 0..1: a PNG's\n"
+         "values as they are, and a PFM's linear light clamped to 0..1 and sRGB-encoded,\n"
+         "unrounded. Transparency is not looked at. FLIP (HPG 2020) is the mean, 0..1, of\n"
+         "the error that a person would see who flips between the images: on a display\n"
          "0.7 m wide with 3840 pixels, from 0.7 m, unless --ppd says otherwise.\n"
-         "\nExit status: 0 done; 1 the RMSE is above --max-rmse; 2 wrong usage; 3 bad images, or of two sizes;\n"
-         "4 output could not be written; 5 out of memory or an internal failure.");
+         "\nExit status: 0 done; 1 the RMSE is above --max-rmse; 2 wrong usage; 3 bad\n"
+         "images, or of two sizes; 4 output could not be written; 5 an internal failure.");
 }
 
 static enum status take_output(const char *path, struct arguments *a, struct error *error)

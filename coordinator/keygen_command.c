@@ -10,7 +10,7 @@
 enum { OPTION_WORKER = 256, OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
-    {OPTION_WORKER, "worker", "NAME", "make keys for one more worker in DIR/NAME, and admit it in DIR/workers"},
+    {OPTION_WORKER, "worker", "NAME", "one more worker's in DIR/NAME; admit it in DIR/workers"},
     {OPTION_HELP, "help", NULL, "print this and exit"},
     {OPTION_VERSION, "version", NULL, "print the version and exit"},
     {0},
@@ -19,13 +19,18 @@ static const struct option_spec options[] = {
 static void print_help(void)
 {
     puts("usage: weft keygen [--worker NAME] DIR\n"
-         "Makes the keys of a farm in a folder, by which coordinator and workers on several machines know one\n"
-         "another and encrypt what they say. Nothing that is there already is overwritten.\n");
+         "Makes the keys of a farm in a folder, by which coordinator and workers on other\n"
+         "machines know one another and encrypt what they say. Nothing that is there\n"
+         "already is overwritten.\n");
     options_help(stdout, options);
-    puts("\nFiles: coordinator.key, worker.key and watcher.key are secret; coordinator.pub, worker.pub and\n"
-         "watcher.pub are not. The lists workers and watchers hold the public keys, one a line, that may join, or\n"
-         "may only look; they are read when a render starts. The coordinator runs with --keys DIR; a worker's\n"
-         "machine needs a folder with coordinator.pub and worker.key, no more. Copy them as secrets: by scp, say.");
+    puts("\nFiles: coordinator.key, worker.key and watcher.key are secret; coordinator.pub,\n"
+         "worker.pub and watcher.pub are not. The lists workers and watchers hold the\n"
+         "public keys, one a line, that may join, or may only look; they are read when a\n"
+         "render starts. The coordinator runs with --keys DIR; a worker's machine needs a\n"
+         "folder with coordinator.pub and worker.key, no more. Copy them as secrets: by\n"
+         "scp, say.\n"
+         "\nExit status: 0 made; 2 wrong usage; 3 bad keys in the folder; 4 not written;\n"
+         "5 an internal failure.");
 }
 
 static enum status handle_option(void *context, int key, const char *argument, struct error *error)

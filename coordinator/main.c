@@ -27,28 +27,59 @@ static void print_help(FILE *to)
           to);
     for (size_t i = 0; i < COMMANDS; i++)
         fprintf(to, "  %-8s %s\n", commands[i].name, commands[i].help);
-    fputs("\n`weft COMMAND --help` says more. Workers on other machines run `weft-worker`.\n", to);
+    fputs("  help     print this, or the help of the command that is named\n"
+          "\n"
+          "`weft help COMMAND` or `weft COMMAND --help` lists its options; `weft --version`\n"
+          "prints the version. Workers on other machines run `weft-worker`. For example:\n"
+          "\n"
+          "  weft render scene.json              render it into scene.png, on all cores\n"
+          "  weft check scene.json               say what is wrong with it or what it needs\n"
+          "\n"
+          "Manuals: weft(1), weft-worker(1), and weft-scene(5) for how scenes are written.\n",
+          to);
+}
+
+/* Runs the command, or returns -1 where there is none of that name. */
+static int run_command(int argc, char **argv)
+{
+    for (size_t i = 0; i < COMMANDS; i++)
+        if (strcmp(argv[0], commands[i].name) == 0)
+            return commands[i].run(argc, argv);
+    return -1;
+}
+
+static int complain(const char *name)
+{
+    log_error("unknown command \"%s\"; see weft --help", name);
+    return STATUS_USAGE;
+}
+
+/* weft help [COMMAND]; weft help COMMAND is weft COMMAND --help. */
+static int help(int argc, char **argv)
+{
+    char option[] = "--help";
+    if (argc > 1) {
+        int status = run_command(2, (char *[]){argv[1], option, NULL});
+        return status < 0 ? complain(argv[1]) : status;
+    }
+    print_help(stdout);
+    return STATUS_OK;
 }
 
 int main(int argc, char **argv)
 {
     log_start("weft", LOG_WARNING);
     abort_becomes_status("weft");
-    const char *name = argc > 1 ? argv[1] : "";
-    for (size_t i = 0; i < COMMANDS; i++)
-        if (strcmp(name, commands[i].name) == 0)
-            return commands[i].run(argc - 1, argv + 1);
-    if (strcmp(name, "--help") == 0 || strcmp(name, "help") == 0) {
-        print_help(stdout);
-        return STATUS_OK;
+    if (argc < 2) {
+        print_help(stderr);
+        return STATUS_USAGE;
     }
-    if (strcmp(name, "--version") == 0) {
+    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0)
+        return help(argc - 1, argv + 1);
+    if (strcmp(argv[1], "--version") == 0) {
         puts("weft " WEFT_VERSION);
         return STATUS_OK;
     }
-    if (argc > 1)
-        log_error("unknown command \"%s\"; see weft --help", name);
-    else
-        print_help(stderr);
-    return STATUS_USAGE;
+    int status = run_command(argc - 1, argv + 1);
+    return status < 0 ? complain(argv[1]) : status;
 }

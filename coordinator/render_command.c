@@ -22,24 +22,27 @@ enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_ERROR, OPTION_MAX_SAMPLES, OPTI
        OPTION_NO_RESUME, OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
-    {'o', "output", "OUT", "file (.png, .pfm), or with several scenes a folder"},
+    OPTIONS_HEADING("The picture"),
+    {'o', "output", "OUT", ".png or .pfm; of several scenes a folder"},
     {OPTION_BITS, "bits", "8|16", "bits a channel of a PNG (default 8)"},
-    {'s', "size", "WxH", "image size in pixels (default: the scene's)"},
-    {OPTION_SAMPLES, "samples", "N", "samples of every pixel (default: the scene's, else as --error says)"},
-    {OPTION_ERROR, "error", "E", "sample until the RMSE, of what is shown as 0..1, is at most E (default 0.005)"},
-    {OPTION_MAX_SAMPLES, "max-samples", "N", "with --error: at most so many a pixel (default 1024)"},
-    {OPTION_FILTER, "filter", "NAME", "of pixels: box, or tent, which is smoother (default: the scene's)"},
-    {'w', "workers", "N", "local worker processes (default 1; 0: only remote ones)"},
-    {'t', "threads", "N", "render threads of the local workers together (default: all cores)"},
-    {'l', "listen", "ENDPOINT", "also take workers from elsewhere, e.g. tcp://127.0.0.1:7420"},
-    {OPTION_KEYS, "keys", "DIR", "only workers with a key of that folder may come over TCP; see weft keygen"},
+    {'s', "size", "WxH", "its size in pixels (default: the scene's)"},
+    {OPTION_SAMPLES, "samples", "N", "of every pixel (default: the scene's, else as --error)"},
+    {OPTION_ERROR, "error", "E", "sample until the RMSE is at most E (default 0.005)"},
+    {OPTION_MAX_SAMPLES, "max-samples", "N", "with --error, at most so many a pixel (default 1024)"},
+    {OPTION_FILTER, "filter", "NAME", "box, or tent, which is smoother (default: the scene's)"},
+    {OPTION_NO_RESUME, "no-resume", NULL, "start anew, and keep no journal to go on from"},
+    OPTIONS_HEADING("Who renders it"),
+    {'w', "workers", "N", "local worker processes (default 1; 0: only others)"},
+    {'t', "threads", "N", "of local workers together (default: all cores)"},
+    {OPTION_KERNEL, "kernel", "NAME", "of local workers: ref, sse2, avx2, avx512, neon"},
+    {OPTION_BAND, "band", "ROWS", "handed out at a time (default: chosen)"},
+    {'l', "listen", "ENDPOINT", "take workers from elsewhere too: tcp://192.0.2.1:7420"},
+    {OPTION_KEYS, "keys", "DIR", "keys for workers of other machines; see weft keygen"},
     {OPTION_INSECURE, "insecure", NULL, "listen beyond this machine without keys"},
-    {OPTION_BAND, "band", "ROWS", "rows handed out at a time (default: chosen)"},
-    {OPTION_KERNEL, "kernel", "NAME", "force the local workers' kernel: ref, sse2, avx2, avx512, neon"},
-    {OPTION_REPORT, "report", "FILE", "write all that is known of the render there, as JSON"},
-    {OPTION_SAMPLE_MAP, "sample-map", "FILE", "paint there (.png) where the samples went; of one scene"},
-    {OPTION_ERROR_MAP, "error-map", "FILE", "paint there (.png) how far off each pixel is; of one scene"},
-    {OPTION_NO_RESUME, "no-resume", NULL, "neither go on from the journal of an interrupted render nor write one"},
+    OPTIONS_HEADING("What is told of it"),
+    {OPTION_REPORT, "report", "FILE", "all that is known of the render, as JSON"},
+    {OPTION_SAMPLE_MAP, "sample-map", "FILE", "a .png of where the samples went; of one scene"},
+    {OPTION_ERROR_MAP, "error-map", "FILE", "a .png of how far off each pixel is; of one scene"},
     {OPTION_PROGRESS, "progress", "MODE", "auto, bar, json or none (default auto)"},
     {'q', "quiet", NULL, "say only what is wrong"},
     {'v', "verbose", NULL, "say more"},
@@ -60,11 +63,14 @@ struct arguments {
 static void print_help(void)
 {
     puts("usage: weft render [OPTION]... SCENE...\n"
-         "Renders each scene into a picture. Starts local workers by itself; with --listen, workers on other machines\n"
-         "join by `weft-worker ENDPOINT`. The bytes are the same whoever renders them.\n");
+         "Renders scenes (.json or .nff): scenes/first.json into first.png, unless -o says\n"
+         "where. Starts local workers by itself; with --listen, workers on other machines\n"
+         "join by `weft-worker ENDPOINT`. The bytes are the same whoever renders them.\n"
+         "The same command goes on with a render that was interrupted.\n");
     options_help(stdout, options);
-    puts("\nExit status: 0 done; 1 the render failed; 2 wrong usage; 3 bad scene, asset or key; 4 output could not\n"
-         "be written; 5 out of memory or an internal failure; 130, 143 interrupted.");
+    puts("\nExit status: 0 done; 1 the render failed; 2 wrong usage; 3 bad scene, file or\n"
+         "key; 4 output could not be written; 5 an internal failure; 129, 130 and 143\n"
+         "interrupted, by SIGHUP, SIGINT and SIGTERM.");
 }
 
 static enum status take_integer(const char *name, const char *text, int64_t min, int64_t max, uint32_t *value,

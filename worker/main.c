@@ -23,11 +23,11 @@ enum { OPTION_KERNEL = 256, OPTION_ONCE, OPTION_WAIT, OPTION_KEYS, OPTION_INSECU
 enum { EXIT_INTERRUPTED = 130, EXIT_TERMINATED = 143 };
 
 static const struct option_spec options[] = {
-    {'t', "threads", "N", "render threads (default: all cores that this process may use)"},
+    {'t', "threads", "N", "render threads (default: all cores it may use)"},
     {OPTION_KERNEL, "kernel", "NAME", "force a kernel: ref, sse2, avx2, avx512, neon"},
-    {OPTION_ONCE, "once", NULL, "end with the coordinator's goodbye instead of waiting for the next one"},
-    {OPTION_WAIT, "wait", "SECONDS", "give up when no coordinator answers for so long (default: never)"},
-    {OPTION_KEYS, "keys", "DIR", "over TCP join only the coordinator of that folder's keys, by the worker's own"},
+    {OPTION_ONCE, "once", NULL, "end with the coordinator; do not wait for the next"},
+    {OPTION_WAIT, "wait", "SECONDS", "give up if none answers for so long (default: never)"},
+    {OPTION_KEYS, "keys", "DIR", "its own key and the coordinator's; see weft keygen"},
     {OPTION_INSECURE, "insecure", NULL, "join another machine's coordinator without keys"},
     {OPTION_TETHER, "tether", NULL, "end at once when standard input closes"},
     {'q', "quiet", NULL, "say only what is wrong"},
@@ -60,10 +60,15 @@ struct worker {
 static void print_help(void)
 {
     puts("usage: weft-worker [OPTION]... ENDPOINT\n"
-         "Joins the coordinator at ENDPOINT (tcp://HOST:7420, HOST, HOST:PORT or ipc://PATH) and renders for it.\n"
-         "Started before its coordinator it waits; after a render it waits for the next.\n"
-         "SIGTERM: finish the bands in hand, then end; a second one ends at once.\n");
+         "Joins the coordinator at ENDPOINT (HOST, HOST:PORT, tcp://HOST:PORT, ipc://PATH;\n"
+         "port 7420 if none is said) and renders for it. Started before its coordinator it\n"
+         "waits; after a render it waits for the next. For example:\n"
+         "\n"
+         "  weft-worker --keys keys 192.0.2.1\n");
     options_help(stdout, options);
+    puts("\nSIGTERM: finish the bands in hand, then end; a second one ends at once.\n"
+         "Exit status: 0 done; 1 refused, or none answered within --wait; 2 wrong usage;\n"
+         "3 bad keys; 5 an internal failure; 130, 143 ended at once.");
 }
 
 static enum status choose_kernel(struct settings *settings, const char *name, struct error *error)

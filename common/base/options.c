@@ -16,15 +16,22 @@ struct getopt_tables {
     char shorts[2 + 2 * OPTIONS_MAX];
 };
 
+static bool is_heading(const struct option_spec *spec)
+{
+    return spec->name[0] == '\0';
+}
+
 static void fill_tables(struct getopt_tables *tables, const struct option_spec *specs)
 {
     memset(tables, 0, sizeof *tables);
-    size_t at = 0;
+    size_t at = 0, count = 0;
     tables->shorts[at++] = ':'; /* so that a missing argument is told from an unknown option */
     for (size_t i = 0; specs[i].name; i++) {
-        assert(i < OPTIONS_MAX);
-        tables->longs[i] = (struct option){specs[i].name, specs[i].argument ? required_argument : no_argument,
-                                           NULL, specs[i].key};
+        if (is_heading(&specs[i]))
+            continue;
+        assert(count < OPTIONS_MAX);
+        tables->longs[count++] = (struct option){
+            specs[i].name, specs[i].argument ? required_argument : no_argument, NULL, specs[i].key};
         if (specs[i].key > 255)
             continue;
         tables->shorts[at++] = (char)specs[i].key;
@@ -70,16 +77,23 @@ enum status options_parse(int argc, char **argv, const struct option_spec *specs
     return STATUS_OK;
 }
 
+static void print_option(FILE *to, const struct option_spec *spec)
+{
+    char left[64];
+    int at = spec->key <= 255 ? snprintf(left, sizeof left, "  -%c, --%s", spec->key, spec->name)
+                              : snprintf(left, sizeof left, "      --%s", spec->name);
+    if (spec->argument)
+        snprintf(left + at, sizeof left - (size_t)at, " %s", spec->argument);
+    fprintf(to, "%-24s %s\n", left, spec->help);
+}
+
 void options_help(FILE *to, const struct option_spec *specs)
 {
-    for (size_t i = 0; specs[i].name; i++) {
-        char left[64];
-        int at = specs[i].key <= 255 ? snprintf(left, sizeof left, "  -%c, --%s", specs[i].key, specs[i].name)
-                                     : snprintf(left, sizeof left, "      --%s", specs[i].name);
-        if (specs[i].argument)
-            snprintf(left + at, sizeof left - (size_t)at, " %s", specs[i].argument);
-        fprintf(to, "%-31s %s\n", left, specs[i].help);
-    }
+    for (; specs->name; specs++)
+        if (is_heading(specs))
+            fprintf(to, "%s\n", specs->help);
+        else
+            print_option(to, specs);
 }
 
 enum status options_integer(const char *name, const char *text, int64_t min, int64_t max, int64_t *value,

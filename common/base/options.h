@@ -17,6 +17,9 @@ struct option_spec {
     const char *help;     /* one line */
 };
 
+/* A row that only heads the options below it in --help. */
+#define OPTIONS_HEADING(text) {0, "", NULL, text}
+
 enum { OPTIONS_MAX = 48 };
 
 /* Walks argv with getopt_long. `specs` ends with a row whose name is NULL. For each option calls
@@ -28,7 +31,8 @@ enum status options_parse(int argc, char **argv, const struct option_spec *specs
                                                 struct error *error),
                           void *context, int *first, struct error *error);
 
-/* Prints one aligned line per option. */
+/* Prints one aligned line per option. It fits 80 columns where `--name ARGUMENT` has at most 18 characters and the help
+ * at most 54. */
 void options_help(FILE *to, const struct option_spec *specs);
 
 /* A whole decimal number in min..max; `name` is what the error calls it, e.g. "--workers". */

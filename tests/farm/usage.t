@@ -134,6 +134,9 @@ exits 0 "weft-worker --help" "$worker" --help
 for option in $(sed -n '/option_spec options/,/^};/s/^    {[^"]*"\([a-z-]*\)".*/\1/p' worker/main.c); do
     like "has --$option" "$out" "^  (-[a-zA-Z],|   ) --$option"
 done
+is "weft help prints what weft --help prints" "$("$weft" help)" "$commands"
+is "weft help render what weft render --help prints" "$("$weft" help render)" "$("$weft" render --help)"
+wrong 'unknown command "nosuch"' "$weft" help nosuch
 exits 2 "weft without a command is wrong usage" "$weft"
 like "and shows the help" "$err" '^usage: weft COMMAND'
 for program in "$weft" "$weft render" "$weft check" "$weft compare" "$weft keygen" "$worker"; do

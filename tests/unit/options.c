@@ -17,9 +17,11 @@
 enum { KEY_WAIT = 256, KEY_WATCH, KEY_ONCE };
 
 static const struct option_spec specs[] = {
+    OPTIONS_HEADING("Talk"),
     {'o', "output", "FILE", "where to"},
     {'q', "quiet", NULL, "say less"},
     {'v', "verbose", NULL, "say more"},
+    OPTIONS_HEADING("Time"),
     {KEY_WAIT, "wait", "SECONDS", "how long"},
     {KEY_WATCH, "watch", NULL, "go on"},
     {KEY_ONCE, "once", NULL, "only once"},
@@ -71,6 +73,7 @@ static const struct command_line command_lines[] = {
     {{"--wa"}, "", "--wa: unknown, ambiguous or wrongly used option"},
     {{"--nonsense"}, "", "--nonsense: unknown, ambiguous or wrongly used option"},
     {{"-q", "--nonsense=3"}, "q ", "--nonsense=3: unknown, ambiguous or wrongly used option"},
+    {{"--=3"}, "", "--=3: unknown, ambiguous or wrongly used option"}, /* a heading is none */
     {{"--quiet=3"}, "", "--quiet=3: unknown, ambiguous or wrongly used option"},
     {{"--once=3"}, "", "--once=3: unknown, ambiguous or wrongly used option"},
     {{"-x"}, "", "unknown option -x"},
@@ -122,12 +125,14 @@ static void test_help(void **state)
     assert_non_null(to);
     options_help(to, specs);
     fclose(to);
-    assert_string_equal(text, "  -o, --output FILE             where to\n"
-                              "  -q, --quiet                   say less\n"
-                              "  -v, --verbose                 say more\n"
-                              "      --wait SECONDS            how long\n"
-                              "      --watch                   go on\n"
-                              "      --once                    only once\n");
+    assert_string_equal(text, "Talk\n"
+                              "  -o, --output FILE      where to\n"
+                              "  -q, --quiet            say less\n"
+                              "  -v, --verbose          say more\n"
+                              "Time\n"
+                              "      --wait SECONDS     how long\n"
+                              "      --watch            go on\n"
+                              "      --once             only once\n");
 }
 
 /* --- numbers ---------------------------------------------------------------------------------------------- */
