@@ -60,6 +60,7 @@ FUZZ_TARGETS = $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard te
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c)) $(FUZZ_TARGETS:%=$(B)/tests/fuzz/%.t)
 SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/fault/*.t tests/golden/*.t tests/manuals/*.t tests/bench/*/*.t)
 FAIL    = $(B)/tests/fault/fail.so
+LIAR    = $(B)/tests/farm/liar
 
 .PHONY: all demo pictures test test-one-mode test-isa chaos failures fuzz fuzz-targets soak bench bench-scale \
         bench-peers bench-error clean help
@@ -157,8 +158,14 @@ test:
 	$(MAKE) MODE=release B=$(B) test-one-mode
 	$(MAKE) MODE=sanitize B=$(B)/sanitize test-one-mode
 
-test-one-mode: all $(C_TESTS) $(FAIL)
+test-one-mode: all $(C_TESTS) $(FAIL) $(LIAR)
 	CMOCKA_MESSAGE_OUTPUT=TAP WEFT_BUILD=$(B) WEFT_MODE=$(MODE) $(PROVE) --timer -e '' $(TESTS) $(if $(TESTS),,$(C_TESTS) $(SHELL_TESTS))
+
+# A worker that flips a bit now and then.
+$(LIAR): $(B)/obj/worker/main.o $(B)/obj/tests/farm/liar.o $(B)/libweft.a
+	@mkdir -p $(@D)
+	$(if $(V),,@echo '  LINK $@')
+	$(Q)$(CC) $(LDFLAGS) -Wl,--wrap=band_complete -o $@ $^ $(LDLIBS)
 
 # Loaded into the programs to make their operations fail; so it has no sanitizers itself.
 $(FAIL): tests/fault/fail.c | $(B)/dependencies

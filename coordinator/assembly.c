@@ -18,8 +18,8 @@ enum { PICTURE, SAMPLE_MAP, ERROR_MAP, FILES };
  */
 struct assembly {
     struct image_writer *writers[FILES]; /* the encoder's alone while that runs; NULL: not asked for */
-    struct assembly_paths paths;
-    struct image_description description;
+    char *names[FILES]; /* owned; NULL: not asked for */
+    struct image_description description; /* its strings are owned */
     const struct journal *journal;
     uint8_t *row;                        /* the encoder's: a record behind its figures, */
     uint8_t *colours;                    /* and those of a row of a map */
@@ -43,13 +43,12 @@ struct assembly {
 
 static enum status open_files(struct assembly *a, struct error *error)
 {
-    const char *const names[FILES] = {a->paths.picture, a->paths.sample_map, a->paths.error_map};
     struct image_description map = a->description;
     enum status status = STATUS_OK;
     map.format = PIXEL_SRGB8;
     for (int i = 0; i < FILES && status == STATUS_OK; i++)
-        if (names[i])
-            a->writers[i] = image_writer_create(names[i], i == PICTURE ? &a->description : &map, &status, error);
+        if (a->names[i])
+            a->writers[i] = image_writer_create(a->names[i], i == PICTURE ? &a->description : &map, &status, error);
     return status;
 }
 
@@ -60,8 +59,12 @@ struct assembly *assembly_create(const struct assembly_paths *paths, const struc
     a->width = description->width;
     a->height = description->height;
     a->layout = row_layout_of(a->width, pixel_format_bytes(description->format), assembly_needs_maps(paths));
-    a->paths = *paths;
+    const char *const names[FILES] = {paths->picture, paths->sample_map, paths->error_map};
+    for (int i = 0; i < FILES; i++)
+        a->names[i] = names[i] ? memory_string(names[i]) : NULL;
     a->description = *description;
+    a->description.software = memory_string(description->software);
+    a->description.source = memory_string(description->source);
     a->journal = journal;
     a->bell = -1;
     a->row = memory_array(assembly_record_bytes(a) - ROW_FIGURES_BYTES, 1);
@@ -270,6 +273,10 @@ static void assembly_free(struct assembly **pointer)
     abandon_encoder(a);
     pthread_cond_destroy(&a->changed);
     pthread_mutex_destroy(&a->mutex);
+    for (int i = 0; i < FILES; i++)
+        free(a->names[i]);
+    free((char *)a->description.software);
+    free((char *)a->description.source);
     free(a->places);
     free(a->colours);
     free(a->row);
@@ -293,6 +300,14 @@ bool assembly_is_finished(struct assembly *a)
     bool finished = a->finished;
     pthread_mutex_unlock(&a->mutex);
     return finished;
+}
+
+bool assembly_is_written(struct assembly *a)
+{
+    pthread_mutex_lock(&a->mutex);
+    bool written = a->finished || a->next == a->height;
+    pthread_mutex_unlock(&a->mutex);
+    return written;
 }
 
 enum status assembly_complete(struct assembly **pointer, struct error *error)

@@ -28,8 +28,8 @@ static inline bool assembly_needs_maps(const struct assembly_paths *paths)
 }
 
 /* Opens the outputs (image/writer.h says how): the picture as described, maps as PNGs of 8 bits and its size with its
- * texts (coordinator/map_colours.h). The rows will be in the journal. It and all strings are borrowed. NULL with *status
- * and *error set if one cannot be written. */
+ * texts (coordinator/map_colours.h). The rows will be in the journal, which is borrowed; strings are copied. NULL with
+ * *status and *error set if one cannot be written. */
 struct assembly *assembly_create(const struct assembly_paths *paths, const struct image_description *description,
                                  const struct journal *journal, enum status *status, struct error *error);
 
@@ -55,6 +55,9 @@ void assembly_finish(struct assembly *assembly, int bell);
 
 /* After assembly_finish: whether the files are complete, or that has failed. */
 bool assembly_is_finished(struct assembly *assembly);
+
+/* After assembly_finish: whether all is written, so that the files have their names or get them at any moment. */
+bool assembly_is_written(struct assembly *assembly);
 
 /* After assembly_finish: waits until then. Frees *assembly and sets it to NULL in any case; STATUS_OUTPUT leaves no trace
  * of the files that are not complete. */

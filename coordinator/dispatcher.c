@@ -6,14 +6,18 @@
 #include "base/memory.h"
 #include "coordinator/dispatcher_private.h"
 
-enum { BEAT_MS = 1000, SILENCE_MS = 4500 }; /* four beats, and a little */
+enum { BEAT_MS = 1000 };
 
 struct dispatcher *dispatcher_create(const struct dispatcher_config *config, int64_t now_ms)
 {
     struct dispatcher *d = memory_array(1, sizeof *d);
     d->config = *config;
     d->now_ms = d->started_ms = d->beat_ms = now_ms;
-    d->scheduler = scheduler_create(&(struct scheduler_policy){config->band_rows, SILENCE_MS});
+    d->woke_ms = now_ms - DISPATCHER_SILENCE_MS;
+    audit_init(&d->audit, config->audit_percent);
+    d->scheduler = scheduler_create(&(struct scheduler_policy){
+        .band_rows = config->band_rows, .silence_ms = DISPATCHER_SILENCE_MS,
+        .audits = config->audit_percent > 0 ? audit_chooses : NULL, .audits_context = &d->audit});
     return d;
 }
 
@@ -26,6 +30,7 @@ void dispatcher_destroy(struct dispatcher **pointer)
         peer_finish(&d->peers[i]);
     peer_index_finish(&d->peers_by_address);
     scheduler_destroy(&d->scheduler);
+    audit_finish(&d->audit);
     free(d->events);
     free(d->job_views);
     free(d->worker_views);
@@ -36,6 +41,14 @@ void dispatcher_destroy(struct dispatcher **pointer)
     free(d->jobs);
     free(d);
     *pointer = NULL;
+}
+
+/* Between calls there is a beat's time at most, unless the process or its machine was suspended. */
+void dispatcher_note_time(struct dispatcher *d, int64_t now_ms)
+{
+    if (now_ms - d->now_ms >= DISPATCHER_SILENCE_MS)
+        d->woke_ms = now_ms;
+    d->now_ms = now_ms;
 }
 
 /* --- what happens ----------------------------------------------------------------------------------------- */
@@ -61,7 +74,7 @@ static void beat(struct dispatcher *d)
 
 void dispatcher_tick(struct dispatcher *d, int64_t now_ms)
 {
-    d->now_ms = now_ms;
+    dispatcher_note_time(d, now_ms);
     dispatcher_tell(d, &(struct event){.kind = EVENT_TICK}, NULL);
     beat(d);
 }
@@ -74,7 +87,7 @@ int64_t dispatcher_deadline(const struct dispatcher *d)
 
 void dispatcher_lose_process(struct dispatcher *d, uint32_t pid, int64_t now_ms)
 {
-    d->now_ms = now_ms;
+    dispatcher_note_time(d, now_ms);
     for (size_t i = 0; i < d->peer_count; i++)
         if (peer_is_same_process(&d->peers[i], d->config.host, pid))
             dispatcher_lose_peer(d, &d->peers[i], true);
@@ -86,6 +99,13 @@ bool dispatcher_take_expelled(struct dispatcher *d, uint32_t *pid)
         return false;
     *pid = d->expelled[--d->expelled_count];
     return true;
+}
+
+bool dispatcher_take_need_of_trusted(struct dispatcher *d)
+{
+    bool needed = d->needs_trusted;
+    d->needs_trusted = false;
+    return needed;
 }
 
 /* --- the end ---------------------------------------------------------------------------------------------- */
@@ -125,6 +145,14 @@ void dispatcher_take_written(struct dispatcher *d)
     d->writing_count = left;
 }
 
+void dispatcher_finish_written(struct dispatcher *d)
+{
+    for (size_t i = 0; i < d->writing_count && d->status == STATUS_OK; i++)
+        if (render_job_output_is_written(d->writing[i]))
+            end_job(d, d->writing[i]);
+    d->writing_count = 0;
+}
+
 const struct render_job *dispatcher_take_done(struct dispatcher *d, int64_t now_ms)
 {
     d->now_ms = now_ms;
@@ -143,8 +171,9 @@ bool dispatcher_is_over(const struct dispatcher *d)
 
 enum status dispatcher_status(const struct dispatcher *d, struct error *error)
 {
-    *error = d->error;
-    return d->status;
+    bool doubtful = d->status == STATUS_OK && d->doubtful.text[0];
+    *error = doubtful ? d->doubtful : d->error;
+    return doubtful ? STATUS_FAILED : d->status;
 }
 
 void dispatcher_say_goodbye(struct dispatcher *d, int64_t now_ms)

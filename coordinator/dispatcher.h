@@ -22,6 +22,7 @@ typedef bool dispatcher_send(void *context, const struct wire_peer *to, const vo
 
 struct dispatcher_config {
     uint32_t band_rows;                 /* 0: automatic */
+    double audit_percent;               /* of the bands, that are rendered by two workers and compared; 0: none */
     const char *host;                   /* of this machine, as its workers name it; borrowed */
     struct digest core_revision, proof; /* what a worker must match */
     int bell; /* an eventfd, to which 1 is added when dispatcher_take_done is to be called; −1: outputs are waited for */
@@ -55,12 +56,18 @@ void dispatcher_lose_process(struct dispatcher *dispatcher, uint32_t pid, int64_
 /* A worker process of this machine from which nothing more is expected, though it has not died; false: there is none. */
 bool dispatcher_take_expelled(struct dispatcher *dispatcher, uint32_t *pid);
 
+/* Whether a worker of this machine is needed to settle which of two others is right; true once each time. */
+bool dispatcher_take_need_of_trusted(struct dispatcher *dispatcher);
+
 /* Gives up all jobs that are open, and says why. */
 void dispatcher_give_up(struct dispatcher *dispatcher, enum status status, const struct error *error, int64_t now_ms);
 
 /* The next job whose output has been completed, each once, in the order of their completion; NULL: no other has. It
  * counts as ended now, so that the time it took to complete its files counts. To be called when the bell has rung. */
 const struct render_job *dispatcher_take_done(struct dispatcher *dispatcher, int64_t now_ms);
+
+/* The loop ends early: outputs that are about to be complete are waited for, since their files may be there already. */
+void dispatcher_finish_written(struct dispatcher *dispatcher);
 
 /* Whether there is nothing more to do: all is done, or it cannot be. */
 bool dispatcher_is_over(const struct dispatcher *dispatcher);

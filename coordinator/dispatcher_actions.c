@@ -23,8 +23,12 @@ bool dispatcher_send_to(struct dispatcher *d, const struct wire_peer *address, c
 void dispatcher_send_peer(struct dispatcher *d, struct peer *peer, struct message message)
 {
     message.epoch = peer->epoch;
-    if (!peer->gone && !dispatcher_send_to(d, &peer->address, &message))
-        dispatcher_lose_peer(d, peer, true);
+    if (peer->gone || dispatcher_send_to(d, &peer->address, &message))
+        return;
+    bool slept = d->now_ms - d->woke_ms < DISPATCHER_SILENCE_MS; /* it has left a coordinator that seemed dead */
+    if (slept)
+        log_info("worker %u (%s, process %u) left while this process stood still", peer->number, peer->host, peer->pid);
+    dispatcher_lose_peer(d, peer, !slept);
 }
 
 void dispatcher_lose_peer(struct dispatcher *d, struct peer *peer, bool by_fault)
@@ -38,7 +42,7 @@ void dispatcher_lose_peer(struct dispatcher *d, struct peer *peer, bool by_fault
     dispatcher_tell(d, &(struct event){.kind = by_fault ? EVENT_LOST : EVENT_LEAVE, .worker = peer->number}, NULL);
 }
 
-static struct peer *peer_numbered(struct dispatcher *d, uint32_t number)
+struct peer *dispatcher_peer(struct dispatcher *d, uint32_t number)
 {
     return &d->peers[number - 1];
 }
@@ -57,7 +61,7 @@ void dispatcher_fail_job(struct dispatcher *d, struct render_job *job, enum stat
 static void announce(struct dispatcher *d, const struct action *action)
 {
     const struct render_job *job = d->jobs[action->job];
-    dispatcher_send_peer(d, peer_numbered(d, action->worker), (struct message){.kind = MESSAGE_JOB, .job = {
+    dispatcher_send_peer(d, dispatcher_peer(d, action->worker), (struct message){.kind = MESSAGE_JOB, .job = {
         .job = action->job, .manifest = job->manifest_digest, .manifest_bytes = job->manifest.size,
         .settings = job->settings}});
 }
@@ -76,8 +80,8 @@ static void grant(struct dispatcher *d, const struct action *action)
     struct render_job *job = d->jobs[action->job];
     const struct sampling *sampling = action->pass == PASS_SURVEY ? &job->surveying : &job->sampling;
     start_job(d, job, action->pass);
-    peer_numbered(d, action->worker)->bands_held++;
-    dispatcher_send_peer(d, peer_numbered(d, action->worker), (struct message){.kind = MESSAGE_BAND, .band = {
+    dispatcher_peer(d, action->worker)->bands_held++;
+    dispatcher_send_peer(d, dispatcher_peer(d, action->worker), (struct message){.kind = MESSAGE_BAND, .band = {
         .job = action->job, .lease = action->lease, .pass = action->pass, .first_row = action->first_row,
         .rows = action->rows, .sampling = {sampling->least, sampling->most, sampling->threshold}}});
 }
@@ -99,7 +103,7 @@ static void accept_result(struct dispatcher *d, const struct action *action, con
     const struct band_account account = {.first_row = action->first_row, .rows = action->rows,
                                          .worker = action->worker, .lease_ms = action->lease_ms};
     struct error error;
-    peer_numbered(d, action->worker)->bands_held--;
+    dispatcher_peer(d, action->worker)->bands_held--;
     enum status status = render_job_take(job, action->pass, account, result, &error);
     if (status != STATUS_OK)
         dispatcher_fail_job(d, job, status, &error);
@@ -124,7 +128,7 @@ static void give_up(struct dispatcher *d, const struct action *action)
     const struct peer *lost[SCHEDULER_LOSSES_MAX];
     struct error error;
     for (int i = 0; i < SCHEDULER_LOSSES_MAX; i++)
-        lost[i] = peer_numbered(d, action->lost_by[i]);
+        lost[i] = dispatcher_peer(d, action->lost_by[i]);
     error_set(&error, STATUS_FAILED,
               "%s: rows %u to %u%s cost workers %u (%s), %u (%s) and %u (%s) their lives; giving up", job->scene_path,
               action->first_row, action->first_row + action->rows - 1,
@@ -135,13 +139,15 @@ static void give_up(struct dispatcher *d, const struct action *action)
 
 static void expel(struct dispatcher *d, const struct action *action)
 {
-    struct peer *peer = peer_numbered(d, action->worker);
+    struct peer *peer = dispatcher_peer(d, action->worker);
     if (peer->gone) /* as an action just before this one has shown */
         return;
-    const char *why = action->stuck ? "has not got on for too long" : "has been silent too long";
+    const char *why = action->liar ? "returned wrong bytes"
+                    : action->stuck ? "has not got on for too long" : "has been silent too long";
     struct message refusal = {.kind = MESSAGE_REFUSE, .epoch = peer->epoch};
     snprintf(refusal.refuse.reason, sizeof refusal.refuse.reason, "it %s", why);
-    log_warning("worker %u (%s, process %u) %s; its bands go to others", peer->number, peer->host, peer->pid, why);
+    if (!action->liar) /* of which more has been said */
+        log_warning("worker %u (%s, process %u) %s; its bands go to others", peer->number, peer->host, peer->pid, why);
     dispatcher_send_to(d, &peer->address, &refusal);
     peer->gone = true;
     peer->failed |= action->stuck;
@@ -165,17 +171,17 @@ static void carry_out(struct dispatcher *d, const struct action *action, const u
         accept_result(d, action, result);
         break;
     case ACTION_ACK:
-        dispatcher_send_peer(d, peer_numbered(d, action->worker),
+        dispatcher_send_peer(d, dispatcher_peer(d, action->worker),
                   (struct message){.kind = MESSAGE_ACK, .ack = {action->lease}});
         break;
     case ACTION_REVOKE:
-        peer_drop(peer_numbered(d, action->worker), action->lease);
-        peer_numbered(d, action->worker)->bands_held--;
-        dispatcher_send_peer(d, peer_numbered(d, action->worker),
+        peer_drop(dispatcher_peer(d, action->worker), action->lease);
+        dispatcher_peer(d, action->worker)->bands_held--;
+        dispatcher_send_peer(d, dispatcher_peer(d, action->worker),
                   (struct message){.kind = MESSAGE_REVOKE, .revoke = {action->lease}});
         break;
     case ACTION_END:
-        dispatcher_send_peer(d, peer_numbered(d, action->worker),
+        dispatcher_send_peer(d, dispatcher_peer(d, action->worker),
                   (struct message){.kind = MESSAGE_END, .end = {action->job}});
         break;
     case ACTION_EXPEL:
@@ -189,6 +195,18 @@ static void carry_out(struct dispatcher *d, const struct action *action, const u
         break;
     case ACTION_FAIL:
         give_up(d, action);
+        break;
+    case ACTION_AUDITED:
+        dispatcher_audit(d, action, result);
+        break;
+    case ACTION_UNDO:
+        dispatcher_undo(d, action);
+        break;
+    case ACTION_RESTART:
+        dispatcher_restart(d, action);
+        break;
+    case ACTION_NEED_TRUSTED:
+        d->needs_trusted = true;
         break;
     }
 }

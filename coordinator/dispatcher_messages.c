@@ -50,6 +50,15 @@ static size_t failures_of(const struct dispatcher *d, const struct message *hell
     return failures;
 }
 
+/* What made one process of a machine compute wrong bytes is likely to do the same to the next. */
+static bool has_lied(const struct dispatcher *d, const struct message *hello)
+{
+    for (size_t i = 0; i < d->peer_count; i++)
+        if (d->peers[i].lied && strcmp(d->peers[i].host, hello->hello.host) == 0)
+            return true;
+    return false;
+}
+
 static void take_hello(struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
 {
     struct peer *known = find_peer(d, address);
@@ -69,6 +78,10 @@ static void take_hello(struct dispatcher *d, const struct wire_peer *address, co
         refuse(d, address, hello, "it has failed too often in this render");
         return;
     }
+    if (!address->own && has_lied(d, hello)) {
+        refuse(d, address, hello, "a worker of that machine returned wrong bytes");
+        return;
+    }
     struct peer *peer = add_peer(d, address, hello);
     uint32_t number = peer->number;
     log_info("worker %u joined: %s, process %u, %u threads, kernel %s", number, peer->host, peer->pid, peer->threads,
@@ -77,7 +90,7 @@ static void take_hello(struct dispatcher *d, const struct wire_peer *address, co
     if (peer->gone) /* its connection is: the scheduler need not know that it was there */
         return;
     dispatcher_tell(d, &(struct event){.kind = EVENT_JOIN, .worker = number, .threads = hello->hello.threads,
-                                    .credit = hello->hello.credit}, NULL);
+                                    .credit = hello->hello.credit, .trusted = address->own}, NULL);
 }
 
 /* --- answering -------------------------------------------------------------------------------------------- */
@@ -183,7 +196,7 @@ void dispatcher_take_message(struct dispatcher *d, const struct wire_peer *from,
 {
     struct message message;
     struct error error;
-    d->now_ms = now_ms;
+    dispatcher_note_time(d, now_ms);
     if (!from->may_work) /* there is nothing yet that one who may only look could ask for */
         return;
     if (d->status != STATUS_OK && !d->ending)

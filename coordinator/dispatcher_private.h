@@ -2,15 +2,22 @@
 #ifndef WEFT_COORDINATOR_DISPATCHER_PRIVATE_H
 #define WEFT_COORDINATOR_DISPATCHER_PRIVATE_H
 
+#include "coordinator/audit.h"
 #include "coordinator/dispatcher.h"
 #include "coordinator/peer.h"
 #include "coordinator/peer_index.h"
 #include "coordinator/scheduler.h"
 
+enum { DISPATCHER_SILENCE_MS = 4500 }; /* of a worker that is given up: four beats, and a little */
+
 struct dispatcher {
     struct dispatcher_config config;
-    int64_t now_ms; /* of the call in progress */
+    int64_t now_ms;  /* of the call in progress */
+    int64_t woke_ms; /* when it was called after it had stood still so long that workers may have left it */
     struct scheduler *scheduler;
+    struct audit audit;
+    bool needs_trusted;     /* to be taken */
+    struct error doubtful;  /* a picture that was complete turned out to hold wrong rows; "": none did */
     struct render_job **jobs; /* the scheduler's job i is jobs[i] */
     size_t job_count, job_capacity;
     struct render_job **writing; /* all of their rows are there, but not yet written */
@@ -34,6 +41,9 @@ struct dispatcher {
     struct error error;
 };
 
+/* Begins a call. */
+void dispatcher_note_time(struct dispatcher *dispatcher, int64_t now_ms);
+
 /* Tells the scheduler and carries out what it answers. `result`: the bytes of an EVENT_RESULT, else NULL. */
 void dispatcher_tell(struct dispatcher *dispatcher, const struct event *event, const uint8_t *result);
 
@@ -49,6 +59,14 @@ void dispatcher_fail_job(struct dispatcher *dispatcher, struct render_job *job, 
 
 /* Completes the jobs whose outputs are written. */
 void dispatcher_take_written(struct dispatcher *dispatcher);
+
+/* Borrowed, until the next worker joins. */
+struct peer *dispatcher_peer(struct dispatcher *dispatcher, uint32_t number);
+
+/* Carries out ACTION_AUDITED, ACTION_UNDO, ACTION_RESTART. */
+void dispatcher_audit(struct dispatcher *dispatcher, const struct action *action, const uint8_t *result);
+void dispatcher_undo(struct dispatcher *dispatcher, const struct action *action);
+void dispatcher_restart(struct dispatcher *dispatcher, const struct action *action);
 
 /* The worker is gone: tells the scheduler, unless it knows. */
 void dispatcher_lose_peer(struct dispatcher *dispatcher, struct peer *peer, bool by_fault);

@@ -54,7 +54,7 @@ static enum status listen_everywhere(struct farm *farm, struct error *error)
 {
     enum status status = runtime_endpoint(farm->private_endpoint, error);
     if (status == STATUS_OK)
-        status = wire_server_bind(farm->server, farm->private_endpoint, NULL, error);
+        status = wire_server_bind_own(farm->server, farm->private_endpoint, error);
     if (status != STATUS_OK || !farm->config.listen)
         return status;
     char bound[WIRE_ENDPOINT_BYTES];
@@ -94,6 +94,7 @@ static struct dispatcher *make_dispatcher(const struct farm *farm)
 {
     const struct dispatcher_config config = {
         .band_rows = farm->config.band_rows,
+        .audit_percent = farm->config.audit_percent,
         .host = farm->host,
         .core_revision = proof_revision(),
         .proof = proof_render(kernel_default()),
@@ -156,6 +157,18 @@ static void kill_expelled(struct farm *farm)
     uint32_t pid;
     while (dispatcher_take_expelled(farm->dispatcher, &pid))
         local_workers_kill(&farm->local, (pid_t)pid);
+}
+
+/* Workers that contradict each other need one that both must believe. */
+static void start_trusted(struct farm *farm)
+{
+    struct error error;
+    if (!dispatcher_take_need_of_trusted(farm->dispatcher))
+        return;
+    log_info("starting a local worker, to tell whose bytes are right");
+    enum status status = local_workers_add(&farm->local, farm->config.local_threads, &error);
+    if (status != STATUS_OK)
+        dispatcher_give_up(farm->dispatcher, status, &error, clock_now_ms());
 }
 
 /* Returns the number of a signal that ends the render, or 0. */
@@ -248,9 +261,14 @@ enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int 
             break;
         tick(farm, take_messages(farm));
         kill_expelled(farm);
+        start_trusted(farm);
         check_hope(farm);
         tell_done(farm, done, context);
         show(farm, false);
+    }
+    if (*interrupted) {
+        dispatcher_finish_written(farm->dispatcher);
+        tell_done(farm, done, context);
     }
     show(farm, true);
     enum status status = dispatcher_status(farm->dispatcher, error);

@@ -17,6 +17,7 @@ struct farm_config {
     int local_threads;        /* render threads of all of them together */
     const char *local_kernel; /* name to force, or NULL */
     uint32_t band_rows;       /* 0: automatic */
+    double audit_percent;     /* of the bands, that a second worker renders too, to compare; 0: none */
 };
 
 struct farm;

@@ -85,6 +85,14 @@ enum status local_workers_init(struct local_workers *local, int count, int threa
     return STATUS_OK;
 }
 
+enum status local_workers_add(struct local_workers *local, int threads, struct error *error)
+{
+    local->workers = memory_resize(local->workers, (size_t)local->count + 1, sizeof *local->workers);
+    struct local_worker *worker = &local->workers[local->count++];
+    *worker = (struct local_worker){.tether = -1, .threads = threads};
+    return spawn(local, worker, error);
+}
+
 static struct local_worker *find(struct local_workers *local, pid_t pid)
 {
     for (int i = 0; i < local->count; i++)

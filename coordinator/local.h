@@ -35,6 +35,9 @@ enum status local_workers_init(struct local_workers *local, int count, int threa
 /* Ends all workers, kindly and then not, within about a second, and frees what is held. */
 void local_workers_finish(struct local_workers *local);
 
+/* Starts one more, with so many threads (at least 1). STATUS_INTERNAL if that fails. */
+enum status local_workers_add(struct local_workers *local, int threads, struct error *error);
+
 /* Looks for a worker that has died. Returns its pid and how it ended (as from waitpid), or 0 if there is none. */
 pid_t local_workers_reap(struct local_workers *local, int *how);
 

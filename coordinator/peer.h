@@ -27,6 +27,7 @@ struct peer {
     uint32_t pid, threads;
     bool gone;      /* kept for the record, */
     bool failed;    /* and that it was of no use, which a broken link does not say of it */
+    bool lied;      /* it returned wrong bytes */
     bool draining;
     struct incoming *incoming;
     size_t incoming_count, incoming_capacity;

@@ -19,7 +19,7 @@
 
 enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_ERROR, OPTION_MAX_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL,
        OPTION_PROGRESS, OPTION_REPORT, OPTION_SAMPLE_MAP, OPTION_ERROR_MAP, OPTION_KEYS, OPTION_INSECURE,
-       OPTION_NO_RESUME, OPTION_HELP, OPTION_VERSION };
+       OPTION_NO_RESUME, OPTION_AUDIT, OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
     OPTIONS_HEADING("The picture"),
@@ -39,6 +39,7 @@ static const struct option_spec options[] = {
     {'l', "listen", "ENDPOINT", "take workers from elsewhere too: tcp://192.0.2.1:7420"},
     {OPTION_KEYS, "keys", "DIR", "keys for workers of other machines; see weft keygen"},
     {OPTION_INSECURE, "insecure", NULL, "listen beyond this machine without keys"},
+    {OPTION_AUDIT, "audit", "PERCENT", "of the bands, rendered twice, by two workers"},
     OPTIONS_HEADING("What is told of it"),
     {OPTION_REPORT, "report", "FILE", "all that is known of the render, as JSON"},
     {OPTION_SAMPLE_MAP, "sample-map", "FILE", "a .png of where the samples went; of one scene"},
@@ -54,6 +55,8 @@ static const struct option_spec options[] = {
 struct arguments {
     const char *output, *report, *kernel, *keys;
     struct render_choices choices;
+    double audit_percent;
+    bool can_go_on; /* once interrupted: there is something to go on from */
     int64_t workers, threads, band;
     char listen[WIRE_ENDPOINT_BYTES]; /* "": no */
     bool insecure, quiet, verbose;
@@ -144,6 +147,8 @@ static enum status take_choice(struct arguments *a, int key, const char *argumen
         return options_integer("--threads", argument, 1, 4096, &a->threads, error);
     case OPTION_BAND:
         return options_integer("--band", argument, 1, IMAGE_SIDE_MAX, &a->band, error);
+    case OPTION_AUDIT:
+        return options_number("--audit", argument, 0, 100, &a->audit_percent, error);
     case 'l':
         return wire_endpoint_parse(argument, a->listen, error);
     case OPTION_KERNEL:
@@ -369,6 +374,7 @@ static enum status render(struct arguments *a, struct coordinator_keys *keys, ch
         .local_threads = (int)a->threads,
         .local_kernel = a->kernel,
         .band_rows = (uint32_t)a->band,
+        .audit_percent = a->audit_percent,
     };
     enum status status;
     struct farm *farm = farm_create(&config, &status, error);
@@ -383,8 +389,11 @@ static enum status render(struct arguments *a, struct coordinator_keys *keys, ch
         status = run(a, farm, jobs, count, &report, interrupted, error);
     part_file_discard(&report);
     farm_destroy(&farm);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++) {
+        a->can_go_on |= !a->choices.no_resume && jobs[i].state != JOB_DONE &&
+                         render_job_has_begun(&jobs[i]);
         render_job_finish(&jobs[i]);
+    }
     free(jobs);
     return status;
 }
@@ -418,8 +427,8 @@ int command_render(int argc, char **argv)
                         : render(&a, NULL, scenes, count, &interrupted, &error);
     }
     if (interrupted) {
-        log_error(a.choices.no_resume ? "interrupted; nothing was written of the unfinished picture"
-                                      : "interrupted; the same command will go on from here");
+        log_error(a.can_go_on ? "interrupted; the same command will go on from here"
+                              : "interrupted; nothing was written of the unfinished picture");
         return 128 + interrupted;
     }
     if (status != STATUS_OK)

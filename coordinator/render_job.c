@@ -307,6 +307,11 @@ bool render_job_is_open(const struct render_job *job)
     return job->state == JOB_WAITING || job->state == JOB_SURVEYING || job->state == JOB_RUNNING;
 }
 
+bool render_job_has_begun(const struct render_job *job)
+{
+    return job->rows_done > 0 || job->survey.pixels > 0;
+}
+
 void render_job_fail(struct render_job *job, int64_t now_ms)
 {
     job->ended_ms = now_ms;
@@ -355,6 +360,23 @@ enum status render_job_compare(const struct render_job *job, enum render_pass pa
     return status;
 }
 
+void render_job_confirm(struct render_job *job, enum render_pass pass, uint32_t first_row)
+{
+    job->bands[pass][first_row].confirmed = true;
+}
+
+bool render_job_relies_on(const struct render_job *job, uint32_t worker)
+{
+    const uint32_t rows[PASSES] = {render_job_survey_rows(job), job->settings.height};
+    for (int pass = 0; pass < PASSES; pass++)
+        for (uint32_t row = 0; row < rows[pass]; row++) {
+            const struct band_account *band = &job->bands[pass][row];
+            if (band->rows > 0 && band->worker == worker && !band->confirmed)
+                return true;
+        }
+    return false;
+}
+
 enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error)
 {
     const struct journal_band band = {.pass = PASS_RENDER, .first_row = first_row,
@@ -387,6 +409,11 @@ void render_job_finish_output(struct render_job *job, int bell)
 bool render_job_output_is_finished(const struct render_job *job)
 {
     return assembly_is_finished(job->assembly);
+}
+
+bool render_job_output_is_written(const struct render_job *job)
+{
+    return assembly_is_written(job->assembly);
 }
 
 enum status render_job_complete(struct render_job *job, struct error *error)

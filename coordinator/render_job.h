@@ -35,6 +35,7 @@ struct band_account {
     uint32_t worker;  /* its number; 0: an earlier run's */
     int64_t lease_ms; /* how long it held the band */
     uint64_t offset;  /* of its bytes in the journal */
+    bool confirmed;   /* by a second worker */
     struct row_figures figures; /* of a render's */
 };
 
@@ -55,6 +56,7 @@ struct render_job {
     size_t kept_count;
     uint32_t rows_kept;             /* rows of the render among them, */
     uint64_t rays_kept;             /* and the rays that all of them took */
+    uint32_t audited;               /* bands that a second worker rendered too */
     struct assembly *assembly;      /* NULL once the output is complete or abandoned */
     enum job_state state;
     int64_t started_ms, render_ms; /* by the clock: when its first band was handed out, of all and of the render */
@@ -75,6 +77,9 @@ void render_job_finish(struct render_job *job);
 /* Whether it is yet to be done, and not failed. */
 bool render_job_is_open(const struct render_job *job);
 
+/* Whether anything of it is there, by this run or an earlier one. */
+bool render_job_has_begun(const struct render_job *job);
+
 /* It will not be completed, as is known since now_ms. */
 void render_job_fail(struct render_job *job, int64_t now_ms);
 
@@ -93,6 +98,12 @@ enum status render_job_take(struct render_job *job, enum render_pass pass, struc
 enum status render_job_compare(const struct render_job *job, enum render_pass pass, uint32_t first_row,
                                const uint8_t *result, bool *same, struct error *error);
 
+/* A band that was accepted was rendered again elsewhere, and is right. */
+void render_job_confirm(struct render_job *job, enum render_pass pass, uint32_t first_row);
+
+/* Whether any row, of the survey or the render, is that worker's alone. */
+bool render_job_relies_on(const struct render_job *job, uint32_t worker);
+
 /* Takes back the band of the render that begins there, as if it had not come. STATUS_OUTPUT as of journal_undo and
  * assembly_drop. */
 enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error);
@@ -106,6 +117,7 @@ void render_job_end_survey(struct render_job *job);
 /* With all rows taken: completes the output when it is written, and rings the bell then (coordinator/assembly.h). */
 void render_job_finish_output(struct render_job *job, int bell);
 bool render_job_output_is_finished(const struct render_job *job);
+bool render_job_output_is_written(const struct render_job *job);
 
 /* Waits until then, and removes the journal. STATUS_OUTPUT. */
 enum status render_job_complete(struct render_job *job, struct error *error);

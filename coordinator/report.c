@@ -162,7 +162,8 @@ static void put_job(struct bytes *text, const struct render_job *job, double sec
     put_seconds(text, job, seconds);
     text_put(text, ",\n   ");
     put_rays(text, job, seconds);
-    text_put(text, ",\n   \"rows\":%" PRIu32 ",\"rows_resumed\":%" PRIu32 ",", job->rows_done, job->rows_kept);
+    text_put(text, ",\n   \"rows\":%" PRIu32 ",\"rows_resumed\":%" PRIu32 ",\"bands_audited\":%" PRIu32 ",",
+             job->rows_done, job->rows_kept, job->audited);
     json_text_number(text, "samples_mean", job->rows_done > 0 ? render_job_samples(job) : NAN, 6);
     text_put(text, ",");
     put_histogram(text, job);

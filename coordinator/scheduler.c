@@ -91,6 +91,12 @@ void scheduler_handle(struct scheduler *s, const struct event *event, int64_t no
         scheduler_add_job(s, event);
     else if (event->kind == EVENT_TICK) /* before, what workers have said may not have been told yet */
         scheduler_expel_hopeless(s);
+    else if (event->kind == EVENT_SETTLED)
+        scheduler_settle_audit(s, event);
+    else if (event->kind == EVENT_JUDGE)
+        scheduler_judge_audit(s, event);
+    else if (event->kind == EVENT_LIAR)
+        scheduler_take_liar(s, event->worker);
     else if (event->kind == EVENT_JOIN && !w)
         scheduler_add_worker(s, event);
     else if (w)
@@ -98,6 +104,7 @@ void scheduler_handle(struct scheduler *s, const struct event *event, int64_t no
     scheduler_tell_jobs(s);
     scheduler_deal(s);
     scheduler_grant_backups(s);
+    scheduler_ask_for_trusted(s);
 }
 
 /* --- questions -------------------------------------------------------------------------------------------- */

@@ -10,6 +10,10 @@
  * lease of the band revoked. A worker that is lost loses its leases, and their bands are handed out again; so does one
  * that is stuck, unless it loads a job or nobody else is there. Every row is accepted exactly once a pass, and a job
  * ends if one worker answers, whatever the others do.
+ *
+ * Some bands are audited, which the caller chooses: another worker renders the rows once more, and the caller
+ * compares. If they differ it has a trusted worker judge, and tells who lied: that worker's bands are handed out again.
+ * A pass ends when nothing of it is open to doubt.
  */
 #ifndef WEFT_COORDINATOR_SCHEDULER_H
 #define WEFT_COORDINATOR_SCHEDULER_H
@@ -23,19 +27,25 @@
 struct scheduler_policy {
     uint32_t band_rows; /* of the render, not of surveys; 0: chosen by what remains, smaller towards the end */
     int64_t silence_ms; /* a worker that is silent for so long is dead */
+    /* Whether a band of which these rows are accepted, or a job's kept rows, are to be audited; NULL: none are. */
+    bool (*audits)(const void *context, uint32_t job, enum render_pass pass, uint32_t first_row);
+    const void *audits_context; /* borrowed */
 };
 
 enum { SCHEDULER_LOSSES_MAX = 3 }; /* a band that was lost with so many workers fails its job */
 
 enum event_kind {
     EVENT_JOB,    /* a new job: survey_rows, rows, kept. Jobs are numbered 0, 1, … in the order of these events */
-    EVENT_JOIN,   /* worker, threads, credit. Worker numbers are the caller's, small, each used once */
+    EVENT_JOIN,   /* worker, threads, credit, trusted. Worker numbers are the caller's, from 1, each used once */
     EVENT_READY,  /* worker has loaded the job */
     EVENT_BEAT,   /* worker is alive: progress */
     EVENT_RESULT, /* worker returned all of a lease's rows */
     EVENT_DRAIN,  /* worker wants no more bands */
     EVENT_LEAVE,  /* worker said goodbye */
     EVENT_LOST,   /* worker died or broke the protocol */
+    EVENT_SETTLED, /* job, pass, first_row: the audit is over; who lied in it has been told */
+    EVENT_JUDGE,  /* job, pass, first_row: a trusted worker that has not rendered it yet is to do so too */
+    EVENT_LIAR,   /* worker, be it gone, or 0 for who rendered what was kept: nothing that it said is to be believed */
     EVENT_TICK,   /* only the time; all that came until then has been told, and who was silent for too long is dead */
 };
 
@@ -53,6 +63,9 @@ struct event {
     const struct kept_rows *kept; /* JOB: kept[kept_count], from an earlier run, by pass and rising rows, none twice; */
     size_t kept_count;            /* borrowed. Of the render only if all of the survey are */
     uint32_t threads, credit; /* JOIN: at least 1 each */
+    bool trusted;             /* JOIN: what it renders is right */
+    enum render_pass pass;    /* SETTLED, JUDGE: of an audit after ACTION_AUDITED; others are passed over */
+    uint32_t first_row;
     uint64_t lease;           /* RESULT */
     uint64_t progress;        /* BEAT: grows while it works */
 };
@@ -64,9 +77,15 @@ enum action_kind {
     ACTION_ACK,      /* worker may forget the result of lease */
     ACTION_REVOKE,   /* worker may stop working on lease */
     ACTION_END,      /* worker may forget job */
-    ACTION_EXPEL,    /* worker is considered dead, or (stuck) it lives but does not get on */
+    ACTION_EXPEL,    /* worker is considered dead, or (stuck) it lives but does not get on, or it is a liar */
     ACTION_SURVEYED, /* all rows of job's survey are accepted; what is granted of it from now on is of the render */
     ACTION_DONE,     /* job is complete */
+    ACTION_AUDITED,  /* the result of this event, by worker, is of rows that were accepted from `about` (0: kept). The
+                      * caller is to answer with EVENT_SETTLED or EVENT_JUDGE, in its time */
+    ACTION_UNDO,     /* these accepted rows of this pass of job are not to be believed; they are rendered again */
+    ACTION_RESTART,  /* nothing that was accepted or kept of job is to be believed; it begins again */
+    ACTION_NEED_TRUSTED, /* an audit waits that nobody here may render, or only who seems not to answer: a trusted
+                          * worker should join. Said once, until one has joined */
     ACTION_FAIL,     /* job cannot be completed: these rows of this pass were lost with the workers lost_by */
 };
 
@@ -77,7 +96,8 @@ struct action {
     uint32_t first_row, rows;
     uint64_t lease;
     int64_t lease_ms; /* ACCEPT: how long worker held its lease */
-    bool stuck;       /* EXPEL */
+    bool stuck, liar; /* EXPEL */
+    uint32_t about;   /* AUDITED */
     uint32_t lost_by[SCHEDULER_LOSSES_MAX]; /* FAIL */
 };
 

@@ -1,9 +1,9 @@
 /*
  * The scheduler's backups: idle workers get second copies of bands that hold up the end.
  *
- * Which ones, only a look at all that are out can show: at each worker, and what it needs yet for each of its bands. One
- * look serves all idle workers. The larger the farm, the longer it takes and the more rarely it is taken, so that what
- * all looks take in a second is bounded.
+ * Which ones, only a look at all that are out can show: at each worker, and what it needs yet for each of its bands.
+ * One look serves all idle workers. The larger the farm, the longer it takes and the more rarely it is taken, so that
+ * what all looks take in a second is bounded.
  */
 #include <stdlib.h>
 
@@ -22,16 +22,16 @@ enum {
 /* A band that may be worth a copy. */
 struct candidate {
     struct job *job;
-    struct band *band;
+    struct band *band; /* NULL: copied */
     uint64_t lease; /* the first on it */
     bool overdue;
     int64_t left_ms; /* that the one who has it is likely to need for it yet; 0: more than one has it */
     int64_t gain;    /* if a worker of the mean pace rendered it too */
 };
 
-/* When one more worker should hold the leased band. Each further holder has as long again, so that no number of
- * workers that live but never answer can keep a band for ever. */
-static int64_t straggles_at(const struct job *job, const struct band *band)
+/* Each further holder has as long again, so that no number of workers that live but never answer can keep a band for
+ * ever. */
+int64_t scheduler_straggles_at(const struct job *job, const struct band *band)
 {
     int64_t patience_ms = BLIND_MS;
     if (job->answered > 0)
@@ -41,8 +41,8 @@ static int64_t straggles_at(const struct job *job, const struct band *band)
 
 /* --- what a copy gains ------------------------------------------------------------------------------------ */
 
-/* By the worker's pace for this band and the rows of the job that it got before, `rows` with those of the band; or where
- * that is unknown or over, half as long again as it has had the band already. */
+/* By the worker's pace for this band and the rows of the job that it got before, `rows` with those of the band; or
+ * where that is unknown or over, half as long again as it has had the band already. */
 static int64_t left_ms(const struct scheduler *s, const struct lease *lease, uint64_t rows)
 {
     const struct pace *pace = &lease->worker->pace;
@@ -89,7 +89,7 @@ static void look_at_paces(struct scheduler *s)
 static void consider(struct scheduler *s, const struct lease *lease, uint64_t rows)
 {
     struct candidate c = {.job = lease->job, .band = lease->band, .lease = lease->id};
-    c.overdue = straggles_at(c.job, c.band) <= s->now_ms;
+    c.overdue = scheduler_straggles_at(c.job, c.band) <= s->now_ms;
     c.left_ms = c.band->holders == 1 ? left_ms(s, lease, rows) : 0;
     c.gain = gain(&c, mean_pace(c.job));
     if (!c.overdue && c.left_ms <= GAIN_MS)
@@ -140,6 +140,17 @@ static void look(struct scheduler *s)
 
 /* --- handing out ------------------------------------------------------------------------------------------ */
 
+/* What is worth most of the job's candidates that the worker may take; NULL: there is none. */
+static struct candidate *first_for(const struct scheduler *s, struct job *job, const struct worker *w)
+{
+    while (job->candidate < job->candidate_end && !s->candidates[job->candidate].band)
+        job->candidate++;
+    for (size_t i = job->candidate; i < job->candidate_end; i++)
+        if (s->candidates[i].band && scheduler_may_take(s->candidates[i].band, w))
+            return &s->candidates[i];
+    return NULL;
+}
+
 /* What this idle worker gains most with of what is worth most in each job; NULL: with none. */
 static struct candidate *choose(const struct scheduler *s, struct worker *w)
 {
@@ -149,7 +160,9 @@ static struct candidate *choose(const struct scheduler *s, struct worker *w)
         struct job *job = s->told[i];
         if (job->candidate == job->candidate_end || *scheduler_readiness(w, job->number) != READINESS_READY)
             continue;
-        struct candidate *c = &s->candidates[job->candidate];
+        struct candidate *c = first_for(s, job, w);
+        if (!c)
+            continue;
         int64_t own = pace_alone_ms(&w->pace, job->number, job->pass, PACE_ROWS, s->now_ms);
         int64_t gains = gain(c, own >= 0 ? own : mean_pace(job));
         if (gains <= most)
@@ -177,8 +190,8 @@ void scheduler_grant_backups(struct scheduler *s)
         next = link->next;
         if (!c)
             continue;
-        c->job->candidate++;
         scheduler_grant(s, w, c->job, c->band);
+        c->band = NULL;
     }
 }
 
@@ -189,7 +202,7 @@ int64_t scheduler_backups_due(const struct scheduler *s)
         const struct job *job = s->told[i];
         if (list_is_empty(&job->leased))
             continue;
-        int64_t straggles_ms = straggles_at(job, list_owner(job->leased.next, struct band, in_job));
+        int64_t straggles_ms = scheduler_straggles_at(job, list_owner(job->leased.next, struct band, in_job));
         due_ms = straggles_ms > s->now_ms && straggles_ms < due_ms ? straggles_ms : due_ms;
     }
     return due_ms;

@@ -34,23 +34,29 @@ static void skip_kept(struct job *job)
         job->next_row += job->kept[job->kept_at++].rows;
 }
 
-void scheduler_begin_pass(struct job *job, enum render_pass pass)
+void scheduler_begin_pass(struct scheduler *s, struct job *job, enum render_pass pass)
 {
     scheduler_clear_bands(job);
     job->pass = pass;
     job->next_row = job->accepted_rows = 0;
     job->answered_ms = job->answered_rows = job->answered = 0;
-    for (size_t i = job->kept_at; is_kept(job, i); i++)
+    for (size_t i = job->kept_at; is_kept(job, i); i++) {
         job->accepted_rows += job->kept[i].rows;
+        scheduler_choose_audit(s, job, job->kept[i].first_row, job->kept[i].rows, 0);
+    }
     skip_kept(job);
 }
 
 void scheduler_clear_bands(struct job *job)
 {
     list_empty(&job->waiting);
-    for (size_t i = 0; i < job->band_count; i++)
+    list_empty(&job->audits);
+    list_empty(&job->unsettled);
+    for (size_t i = 0; i < job->band_count; i++) {
+        free(job->bands[i]->auditors);
         free(job->bands[i]);
-    job->band_count = 0;
+    }
+    job->band_count = job->open_audits = 0;
 }
 
 /* A share of `rows` for a worker that is slower than the mean, so that its bands take as long as those of others; few
@@ -59,7 +65,7 @@ static uint64_t rows_for(const struct job *job, const struct worker *w, uint64_t
 {
     enum { PARTS = 64 }; /* of a millisecond */
     int64_t own = pace_leased_ms(&w->pace, job->number, job->pass, PARTS * rows);
-    if (own < 0)
+    if (own < 0 || job->answered_rows == 0) /* the latter: it began again */
         return BAND_ROWS_MIN;
     int64_t mean = job->answered_ms * PARTS * (int64_t)rows / job->answered_rows;
     return own > mean && own > 0 ? rows * (uint64_t)mean / (uint64_t)own : rows;
@@ -88,13 +94,19 @@ static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job, co
     return rows < together ? rows : together;
 }
 
-static struct band *cut_band(struct scheduler *s, struct job *job, const struct worker *w)
+struct band *scheduler_add_band(struct job *job, uint32_t first_row, uint32_t rows)
 {
     struct band *band = memory_array(1, sizeof *band);
-    *band = (struct band){.first_row = job->next_row, .rows = rows_to_cut(s, job, w)};
+    *band = (struct band){.first_row = first_row, .rows = rows};
     list_empty(&band->leases);
     job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof(struct band *));
     job->bands[job->band_count++] = band;
+    return band;
+}
+
+static struct band *cut_band(const struct scheduler *s, struct job *job, const struct worker *w)
+{
+    struct band *band = scheduler_add_band(job, job->next_row, rows_to_cut(s, job, w));
     job->next_row += band->rows;
     skip_kept(job);
     return band;
@@ -131,7 +143,7 @@ void scheduler_grant(struct scheduler *s, struct worker *w, struct job *job, str
     if (band->holders++ == 0) {
         band->state = BAND_LEASED;
         band->granted_ms = s->now_ms;
-        job->leased_rows += band->rows;
+        job->leased_rows += band->audits ? 0 : band->rows;
     }
     band->copied_ms = s->now_ms;
     list_append(&job->leased, &band->in_job);
@@ -162,13 +174,23 @@ void scheduler_revoke(struct scheduler *s, struct job *job, struct band *band)
     }
     list_leave(&band->in_job);
     band->state = BAND_DONE;
-    job->leased_rows -= band->rows;
+    job->leased_rows -= band->audits ? 0 : band->rows;
 }
 
 /* --- answers ---------------------------------------------------------------------------------------------- */
 
+static void note_surveyor(struct job *job, uint32_t worker)
+{
+    job->surveyors = memory_grow(job->surveyors, &job->surveyor_capacity, job->surveyor_count + 1,
+                                 sizeof *job->surveyors);
+    job->surveyors[job->surveyor_count++] = worker;
+}
+
 static void accept(struct scheduler *s, uint32_t worker, struct job *job, struct band *band, int64_t lease_ms)
 {
+    band->worker = worker;
+    if (job->pass == PASS_SURVEY)
+        note_surveyor(job, worker);
     job->answered_ms += lease_ms;
     job->answered++;
     job->answered_rows += band->rows;
@@ -176,6 +198,7 @@ static void accept(struct scheduler *s, uint32_t worker, struct job *job, struct
     scheduler_act(s, (struct action){.kind = ACTION_ACCEPT, .worker = worker, .job = job->number, .pass = job->pass,
                                      .first_row = band->first_row, .rows = band->rows, .lease_ms = lease_ms});
     scheduler_revoke(s, job, band);
+    scheduler_choose_audit(s, job, band->first_row, band->rows, worker);
     scheduler_end_complete_passes(s, job);
 }
 
@@ -190,10 +213,20 @@ void scheduler_take_result(struct scheduler *s, struct worker *w, uint64_t id)
     int64_t lease_ms = s->now_ms - lease->granted_ms;
     pace_answer(&w->pace, job->number, job->pass, band->rows, lease_ms, s->now_ms);
     drop_lease(s, lease);
-    accept(s, w->number, job, band, lease_ms);
+    if (band->audits)
+        scheduler_answer_audit(s, w, job, band);
+    else
+        accept(s, w->number, job, band, lease_ms);
 }
 
 /* --- losses ----------------------------------------------------------------------------------------------- */
+
+void scheduler_put_waiting(struct scheduler *s, struct job *job, struct band *band)
+{
+    band->state = BAND_WAITING;
+    list_append(band->audits ? &job->audits : &job->waiting, &band->in_job);
+    s->everyones_turn = true;
+}
 
 /* A worker that had the band is gone. */
 static void lose_band(struct scheduler *s, struct job *job, struct band *band, uint32_t worker, bool by_fault)
@@ -201,10 +234,8 @@ static void lose_band(struct scheduler *s, struct job *job, struct band *band, u
     if (by_fault)
         band->lost_by[band->losses++] = worker;
     if (band->holders == 0) {
-        band->state = BAND_WAITING;
-        job->leased_rows -= band->rows;
-        list_append(&job->waiting, &band->in_job);
-        s->everyones_turn = true;
+        job->leased_rows -= band->audits ? 0 : band->rows;
+        scheduler_put_waiting(s, job, band);
     }
     if (band->losses == SCHEDULER_LOSSES_MAX)
         scheduler_fail_job(s, job, band);
@@ -230,12 +261,9 @@ void scheduler_give_back(struct scheduler *s, struct worker *w, bool by_fault)
 
 /* --- handing out ------------------------------------------------------------------------------------------ */
 
-/* One that came back, else one cut from the remaining rows, of a job that has rows waiting. */
-static struct band *next_band(struct scheduler *s, struct job *job, const struct worker *w)
+static bool is_anything_waiting(const struct job *job)
 {
-    if (list_is_empty(&job->waiting))
-        return cut_band(s, job, w);
-    return list_owner(job->waiting.next, struct band, in_job);
+    return scheduler_rows_waiting(job) > 0 || !list_is_empty(&job->audits);
 }
 
 /* The last rows are not to wait behind those that the worker has in work, when others may have nothing to do. */
@@ -244,32 +272,39 @@ static bool is_for_others(const struct scheduler *s, const struct worker *w, con
     return s->told_count == 1 && w->lease_count >= w->threads && is_scarce(s, job);
 }
 
+/* An audit, else a band that came back, else one cut from the remaining rows; NULL: there is nothing for the worker. */
+static struct band *next_band(const struct scheduler *s, struct job *job, const struct worker *w)
+{
+    struct band *audit = scheduler_next_audit(job, w);
+    if (audit)
+        return audit;
+    if (scheduler_rows_waiting(job) == 0 || is_for_others(s, w, job))
+        return NULL;
+    return list_is_empty(&job->waiting) ? cut_band(s, job, w) : list_owner(job->waiting.next, struct band, in_job);
+}
+
 /* Gives the worker one band of the first job that has one for it. */
 static bool grant_one(struct scheduler *s, struct worker *w)
 {
     for (size_t i = 0; list_is_in(&w->in_room) && i < s->told_count; i++) {
         struct job *job = s->told[i];
-        if (scheduler_rows_waiting(job) == 0 || *scheduler_readiness(w, job->number) != READINESS_READY)
+        if (!is_anything_waiting(job) || *scheduler_readiness(w, job->number) != READINESS_READY)
             continue;
-        if (is_for_others(s, w, job))
+        struct band *band = next_band(s, job, w);
+        if (!band)
             continue;
-        scheduler_grant(s, w, job, next_band(s, job, w));
+        scheduler_grant(s, w, job, band);
         return true;
     }
     return false;
 }
 
-static bool is_anything_waiting(const struct scheduler *s)
-{
-    for (size_t i = 0; i < s->told_count; i++)
-        if (scheduler_rows_waiting(s->told[i]) > 0)
-            return true;
-    return false;
-}
-
 void scheduler_deal(struct scheduler *s)
 {
-    if (s->everyones_turn && is_anything_waiting(s))
+    bool waits = false;
+    for (size_t i = 0; s->everyones_turn && i < s->told_count; i++)
+        waits |= is_anything_waiting(s->told[i]);
+    if (waits)
         list_each(link, &s->room)
             list_append(&s->turn, &list_owner(link, struct worker, in_room)->in_turn);
     s->everyones_turn = false;

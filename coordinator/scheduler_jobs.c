@@ -6,6 +6,11 @@
 
 enum { ROWS_A_THREAD = 2 }; /* as long as fewer wait, of all jobs that workers know, a further one is announced */
 
+static void begin(struct scheduler *s, struct job *job)
+{
+    scheduler_begin_pass(s, job, job->pass_rows[PASS_SURVEY] > 0 ? PASS_SURVEY : PASS_RENDER);
+}
+
 void scheduler_add_job(struct scheduler *s, const struct event *event)
 {
     struct job *job = memory_array(1, sizeof *job);
@@ -16,9 +21,8 @@ void scheduler_add_job(struct scheduler *s, const struct event *event)
     job->kept = memory_array(event->kept_count, sizeof *job->kept);
     for (size_t i = 0; i < event->kept_count; i++)
         job->kept[i] = event->kept[i];
-    list_empty(&job->waiting);
     list_empty(&job->leased);
-    scheduler_begin_pass(job, event->survey_rows > 0 ? PASS_SURVEY : PASS_RENDER);
+    begin(s, job);
     scheduler_end_complete_passes(s, job);
 }
 
@@ -26,6 +30,7 @@ void scheduler_finish_job(struct job *job)
 {
     scheduler_clear_bands(job);
     free(job->bands);
+    free(job->surveyors);
     free(job->kept);
     free(job);
 }
@@ -39,6 +44,7 @@ static void tell(struct scheduler *s, struct worker *w, const struct job *job)
         return;
     *readiness = READINESS_ANNOUNCED;
     w->loading++;
+    w->told_ms = s->now_ms;
     scheduler_act(s, (struct action){.kind = ACTION_ANNOUNCE, .worker = w->number, .job = job->number});
 }
 
@@ -100,10 +106,15 @@ static void tell_end(struct scheduler *s, struct worker *w, const struct job *jo
     scheduler_act(s, (struct action){.kind = ACTION_END, .worker = w->number, .job = job->number});
 }
 
-static void end_job(struct scheduler *s, struct job *job, struct action last)
+static void revoke_all(struct scheduler *s, struct job *job)
 {
     while (!list_is_empty(&job->leased))
         scheduler_revoke(s, job, list_owner(job->leased.next, struct band, in_job));
+}
+
+static void end_job(struct scheduler *s, struct job *job, struct action last)
+{
+    revoke_all(s, job);
     job->over = true;
     scheduler_clear_bands(job);
     forget_told(s, job);
@@ -122,13 +133,27 @@ void scheduler_fail_job(struct scheduler *s, struct job *job, const struct band 
     end_job(s, job, failure);
 }
 
+void scheduler_restart_job(struct scheduler *s, struct job *job)
+{
+    revoke_all(s, job);
+    scheduler_act(s, (struct action){.kind = ACTION_RESTART, .job = job->number});
+    job->kept_at = job->kept_count = job->surveyor_count = 0;
+    begin(s, job);
+    s->everyones_turn = true;
+}
+
+static bool is_complete(const struct job *job)
+{
+    return job->accepted_rows == job->pass_rows[job->pass] && job->open_audits == 0;
+}
+
 void scheduler_end_complete_passes(struct scheduler *s, struct job *job)
 {
-    if (job->pass == PASS_SURVEY && job->accepted_rows == job->pass_rows[PASS_SURVEY]) {
+    if (job->pass == PASS_SURVEY && is_complete(job)) {
         scheduler_act(s, (struct action){.kind = ACTION_SURVEYED, .job = job->number});
-        scheduler_begin_pass(job, PASS_RENDER);
+        scheduler_begin_pass(s, job, PASS_RENDER);
         s->everyones_turn = true;
     }
-    if (job->pass == PASS_RENDER && job->accepted_rows == job->pass_rows[PASS_RENDER])
+    if (job->pass == PASS_RENDER && is_complete(job))
         end_job(s, job, (struct action){.kind = ACTION_DONE, .job = job->number});
 }

@@ -6,10 +6,11 @@
  *   scheduler_bands.c    bands: cut, handed out, answered, given back
  *   scheduler_workers.c  workers: coming, going, silent, stuck
  *   scheduler_backups.c  second copies of what holds up the end
+ *   scheduler_audits.c   bands that another renders to see whether the first lied, and liars
  *
  * There may be ten thousand workers and hundreds of jobs, and an event comes with every band of each. So few events (a
- * worker that comes or goes, a job, a pass that ends) look through all workers or a job's bands. For the others, what is
- * to be found is at the head of a list, or what the event names points to it.
+ * worker that comes or goes, a job, a pass that ends, a liar) look through all workers or a job's bands. For the others,
+ * what is to be found is at the head of a list, or what the event names points to it.
  */
 #ifndef WEFT_COORDINATOR_SCHEDULER_PRIVATE_H
 #define WEFT_COORDINATOR_SCHEDULER_PRIVATE_H
@@ -23,18 +24,23 @@ enum {
     JOBS_AHEAD_MAX = 256, /* and at most: ten thousand workers need so many, since slow ones hold up some jobs */
 };
 
-enum band_state { BAND_WAITING, BAND_LEASED, BAND_DONE };
+enum band_state { BAND_WAITING, BAND_LEASED, BAND_UNSETTLED, BAND_DONE };
 
 struct band {
     uint32_t first_row, rows;
     enum band_state state;
-    struct list in_job; /* among its job's waiting or leased bands */
+    struct list in_job; /* among its job's bands of that state; in none if it is done */
     struct list leases; /* on it, in the order of granting */
     uint32_t holders;   /* how many those are */
     uint32_t losses;    /* leases that ended with their worker's loss, */
     uint32_t lost_by[SCHEDULER_LOSSES_MAX]; /* and whose */
     int64_t granted_ms; /* its first lease since it last waited, */
     int64_t copied_ms;  /* and its last */
+    uint32_t worker;    /* from whom its rows, or those that it audits, were accepted; 0: kept */
+    bool audits;        /* it is no band of the picture: rows that are accepted are rendered once more */
+    bool judges;        /* only a trusted worker may */
+    uint32_t *auditors; /* who has */
+    size_t auditor_count, auditor_capacity;
 };
 
 struct job {
@@ -42,6 +48,8 @@ struct job {
     enum render_pass pass;
     uint32_t pass_rows[PASSES];
     bool over;
+    uint32_t *surveyors; /* from whom bands of the survey were accepted, in that order */
+    size_t surveyor_count, surveyor_capacity;
     struct kept_rows *kept; /* those at kept_at and later are yet to be passed by next_row */
     size_t kept_at, kept_count;
     /* Of the present pass, which began with no band and so with no lease: */
@@ -50,7 +58,10 @@ struct job {
     struct band **bands; /* all, in the order of cutting */
     size_t band_count, band_capacity;
     struct list waiting; /* bands to be handed out again, first in first out */
-    struct list leased;  /* the one that was granted last comes last */
+    struct list audits;  /* audits that wait, in the same order */
+    struct list unsettled; /* audits that are answered */
+    uint32_t open_audits; /* that wait, are leased or unsettled */
+    struct list leased;  /* bands and audits: the one that was granted last comes last */
     int64_t answered_ms; /* sum over accepted bands of the time that the worker needed which answered; what others
                           * wasted on them must not lengthen the patience */
     uint32_t answered;
@@ -73,8 +84,9 @@ enum readiness { READINESS_NONE, READINESS_ANNOUNCED, READINESS_READY };
 
 struct worker {
     uint32_t number, threads, credit;
-    bool draining;
+    bool draining, trusted;
     int64_t heard_ms;
+    int64_t told_ms; /* when it was told of a job last */
     struct pace pace;
     struct list leases; /* in the order of granting */
     size_t lease_count;
@@ -95,6 +107,7 @@ struct scheduler {
     struct worker **workers; /* by their numbers; NULL: not present */
     size_t worker_capacity, worker_count; /* count: of those present */
     uint64_t threads; /* of all present */
+    bool asked; /* for a trusted worker, and none has joined since */
     uint64_t next_lease;
     size_t lease_count;
     struct list heard;    /* all workers, who was heard last comes last */
@@ -143,6 +156,10 @@ void scheduler_expel_hopeless(struct scheduler *scheduler);
 /* --- jobs ------------------------------------------------------------------------------------------------- */
 
 void scheduler_add_job(struct scheduler *scheduler, const struct event *event);
+
+/* All that is known of it is forgotten: it begins again. */
+void scheduler_restart_job(struct scheduler *scheduler, struct job *job);
+
 void scheduler_finish_job(struct job *job);
 
 /* Tells a worker of the jobs of which others know; tells all of further jobs, if it is time. */
@@ -164,15 +181,21 @@ static inline uint32_t scheduler_rows_waiting(const struct job *job)
 }
 
 /* Begins that pass with nothing done but what is kept. Nothing may be leased. */
-void scheduler_begin_pass(struct job *job, enum render_pass pass);
+void scheduler_begin_pass(struct scheduler *scheduler, struct job *job, enum render_pass pass);
 
 /* Forgets all bands. Nothing may be leased. */
 void scheduler_clear_bands(struct job *job);
+
+/* A new band or audit, as yet in no list. */
+struct band *scheduler_add_band(struct job *job, uint32_t first_row, uint32_t rows);
 
 /* The worker's lease of that number; NULL: it has none. */
 struct lease *scheduler_find_lease(const struct worker *worker, uint64_t id);
 
 void scheduler_grant(struct scheduler *scheduler, struct worker *worker, struct job *job, struct band *band);
+
+/* The band or audit waits to be handed out. */
+void scheduler_put_waiting(struct scheduler *scheduler, struct job *job, struct band *band);
 
 /* Takes a leased band from whoever still has it: it is done, or nobody needs it. */
 void scheduler_revoke(struct scheduler *scheduler, struct job *job, struct band *band);
@@ -185,12 +208,38 @@ void scheduler_give_back(struct scheduler *scheduler, struct worker *worker, boo
 /* Gives bands to those whose turn it is, one each in turn, until nobody can take more. */
 void scheduler_deal(struct scheduler *scheduler);
 
+/* --- audits ----------------------------------------------------------------------------------------------- */
+
+/* These rows were accepted from that worker: if the policy wants it, they are audited. */
+void scheduler_choose_audit(struct scheduler *scheduler, struct job *job, uint32_t first_row, uint32_t rows,
+                            uint32_t worker);
+
+/* Whether the worker may render the band: any, or an audit of what it has not rendered yet. */
+bool scheduler_may_take(const struct band *band, const struct worker *worker);
+
+/* A waiting audit for the worker; NULL: there is none. */
+struct band *scheduler_next_audit(const struct job *job, const struct worker *worker);
+
+/* The worker has answered the audit, which nobody has any more. */
+void scheduler_answer_audit(struct scheduler *scheduler, struct worker *worker, struct job *job, struct band *audit);
+
+/* What the caller found; who lied. */
+void scheduler_settle_audit(struct scheduler *scheduler, const struct event *event);
+void scheduler_judge_audit(struct scheduler *scheduler, const struct event *event);
+void scheduler_take_liar(struct scheduler *scheduler, uint32_t worker);
+
+/* Asks for a trusted worker, if there is no going on without. */
+void scheduler_ask_for_trusted(struct scheduler *scheduler);
+
 /* --- backups ---------------------------------------------------------------------------------------------- */
 
 /* Gives idle workers copies of bands that others have. */
 void scheduler_grant_backups(struct scheduler *scheduler);
 
-/* When that is to be called again at the latest. */
+/* When one more worker should hold the leased band. */
+int64_t scheduler_straggles_at(const struct job *job, const struct band *band);
+
+/* When scheduler_grant_backups is to be called again at the latest. */
 int64_t scheduler_backups_due(const struct scheduler *scheduler);
 
 #endif

@@ -24,11 +24,12 @@ void scheduler_add_worker(struct scheduler *s, const struct event *event)
     make_room_for(s, event->worker);
     s->workers[event->worker] = w;
     *w = (struct worker){.number = event->worker, .threads = event->threads, .credit = event->credit,
-                         .heard_ms = s->now_ms};
+                         .trusted = event->trusted, .heard_ms = s->now_ms};
     list_empty(&w->leases);
     list_append(&s->heard, &w->in_heard);
     s->worker_count++;
     s->threads += w->threads;
+    s->asked &= !w->trusted;
     scheduler_update_room(s, w);
     scheduler_tell_worker(s, w);
 }

@@ -12,8 +12,8 @@
 #include "wire/door.h"
 #include "wire/socket_private.h"
 
-/* A socket is either plain or takes only CURVE, so a server with keys has two. */
-enum { PLAIN, GUARDED, SOCKET_KINDS };
+/* A socket is either plain or takes only CURVE, and by which endpoint a message came a socket does not tell. */
+enum { OWN, PLAIN, GUARDED, SOCKET_KINDS };
 
 struct wire_server {
     void *sockets[SOCKET_KINDS];
@@ -64,6 +64,8 @@ struct wire_server *wire_server_create(struct coordinator_keys *keys, struct err
     raise_descriptor_limit();
     struct wire_server *server = memory_array(1, sizeof *server);
     enum status status = open_socket(server, error);
+    if (status == STATUS_OK)
+        status = open_socket(server, error);
     if (status == STATUS_OK && keys)
         status = open_guarded(server, keys, error);
     if (keys)
@@ -120,6 +122,11 @@ enum status wire_server_bind(struct wire_server *server, const char *endpoint, c
     return status;
 }
 
+enum status wire_server_bind_own(struct wire_server *server, const char *endpoint, struct error *error)
+{
+    return wire_socket_bind(server->sockets[OWN], endpoint, error);
+}
+
 bool wire_server_send(struct wire_server *server, const struct wire_peer *peer, const void *data, size_t size)
 {
     assert(peer->socket < server->count);
@@ -140,7 +147,8 @@ static bool receive_from(struct wire_server *server, size_t at, struct wire_peer
         if (parts != 2 || server->sender.size > sizeof peer->id)
             continue;
         *peer = (struct wire_peer){.socket = (uint8_t)at, .size = (uint8_t)server->sender.size,
-                                   .may_work = at == PLAIN || strcmp(user, DOOR_WORKER) == 0};
+                                   .own = at == OWN,
+                                   .may_work = at != GUARDED || strcmp(user, DOOR_WORKER) == 0};
         memcpy(peer->id, server->sender.data, server->sender.size);
         return true;
     }

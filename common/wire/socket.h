@@ -41,6 +41,7 @@ struct wire_server;
  * look: nothing else that it sends may be heeded. */
 enum { WIRE_PEER_BYTES = 16 };
 struct wire_peer {
+    bool own; /* it came by wire_server_bind_own's endpoint */
     bool may_work;
     uint8_t socket; /* the server's own */
     uint8_t size;
@@ -66,6 +67,10 @@ void wire_server_destroy(struct wire_server **server);
  * replaced, any other file there is an error. */
 enum status wire_server_bind(struct wire_server *server, const char *endpoint, char *bound,
                              struct error *error);
+
+/* The same for an endpoint (ipc, in a folder that only this user can enter) of which nobody knows but processes that
+ * this one starts: those who come there can be told from all others. */
+enum status wire_server_bind_own(struct wire_server *server, const char *endpoint, struct error *error);
 
 /* Sends data[size] (copied). False if the peer is gone or its queue is full. */
 bool wire_server_send(struct wire_server *server, const struct wire_peer *peer, const void *data, size_t size);

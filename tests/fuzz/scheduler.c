@@ -1,13 +1,18 @@
 /*
  * The scheduler with workers that say and do anything. The input is a script, of three characters a step: what happens,
  * and two numbers as the digits '0' to '9', ':' to 'o' (so up to 63). Other characters are passed over where a step
- * could begin. Workers and jobs are numbered in the order of their coming, leases in that of their granting.
+ * could begin. Workers (from 1: '0' is worker 1) and jobs are numbered in the order of their coming, leases in that of
+ * their granting.
  *
  *   J ROWS SURVEYED  a new job, of 1 + ROWS rows     w THREADS CREDIT  a new worker, with one more of each
  *   R WORKER JOB     ready                           r WORKER LEASE    returned a result
  *   B WORKER .       beat                            D WORKER .        to be drained
  *   L WORKER .       goodbye                         X WORKER .        lost
  *   t TIME UNIT      TIME ms later, or (UNIT 1) TIME * 256 ms
+ *   A ROWS .         bands that begin below ROWS are audited from now on
+ *   W THREADS CREDIT a new worker that is trusted
+ *   S JOB ROW        an audit is settled             G JOB ROW         and this one is to be judged
+ *   Z WORKER .       lied; WORKER 'o' is number 0
  */
 #include "base/memory.h"
 #include "coordinator/scheduler.h"
@@ -18,6 +23,8 @@ enum { NUMBERS = 64, JOBS_MAX = 8, WORKERS_MAX = 16, SILENCE_MS = 4000 };
 struct pass {
     uint32_t rows, left;
     bool accepted[NUMBERS + 1];
+    bool audited[NUMBERS + 1];   /* by the row where the band begins: its audit is open, */
+    bool unsettled[NUMBERS + 1]; /* and answered */
 };
 
 static struct {
@@ -26,12 +33,13 @@ static struct {
     struct {
         struct pass passes[PASSES];
         bool surveyed, over;
+        uint32_t survey_rows;
     } jobs[JOBS_MAX];
     struct {
         uint32_t credit;
         bool wants_none; /* it drains or is gone */
-    } workers[WORKERS_MAX];
-    uint32_t job_count, worker_count;
+    } workers[WORKERS_MAX + 1];
+    uint32_t job_count, worker_count, audited_rows;
     struct {
         uint64_t number;
         uint32_t worker;
@@ -50,6 +58,19 @@ static struct pass *pass_of(const struct action *action)
     return pass;
 }
 
+static bool is_worker(uint32_t number)
+{
+    return number >= 1 && number <= run.worker_count;
+}
+
+static bool is_audited(const void *context, uint32_t job, enum render_pass pass, uint32_t first_row)
+{
+    (void)context;
+    (void)job;
+    (void)pass;
+    return first_row < run.audited_rows;
+}
+
 static uint32_t count_held(uint32_t worker)
 {
     uint32_t held = 0;
@@ -62,16 +83,16 @@ static uint32_t count_held(uint32_t worker)
 static void take_grant(const struct action *action)
 {
     const struct pass *pass = pass_of(action);
-    require(action->worker < run.worker_count && !run.workers[action->worker].wants_none);
+    require(is_worker(action->worker) && !run.workers[action->worker].wants_none);
     for (uint32_t row = 0; row < action->rows; row++)
-        require(!pass->accepted[action->first_row + row]);
+        require(pass->accepted[action->first_row + row] == pass->audited[action->first_row]);
     run.leases = memory_grow(run.leases, &run.lease_capacity, run.lease_count + 1, sizeof *run.leases);
     run.leases[run.lease_count].number = action->lease;
     run.leases[run.lease_count++].worker = action->worker;
     require(count_held(action->worker) <= run.workers[action->worker].credit);
 }
 
-/* Every row once a pass. */
+/* Every row once a pass, and once more each time that it was undone. */
 static void take_accept(const struct action *action)
 {
     struct pass *pass = pass_of(action);
@@ -80,6 +101,46 @@ static void take_accept(const struct action *action)
         pass->accepted[row] = true;
         pass->left--;
     }
+    pass->audited[action->first_row] = is_audited(NULL, action->job, action->pass, action->first_row);
+}
+
+static void take_audited(const struct action *action)
+{
+    struct pass *pass = pass_of(action);
+    require(action->worker != action->about);
+    require(pass->audited[action->first_row] && !pass->unsettled[action->first_row]);
+    pass->unsettled[action->first_row] = true;
+}
+
+static void take_undo(const struct action *action)
+{
+    struct pass *pass = pass_of(action);
+    pass->audited[action->first_row] = pass->unsettled[action->first_row] = false;
+    for (uint32_t row = action->first_row; row < action->first_row + action->rows; row++) {
+        require(pass->accepted[row]);
+        pass->accepted[row] = false;
+        pass->left++;
+    }
+}
+
+static void begin_job(uint32_t job, uint32_t rows, uint32_t survey_rows)
+{
+    run.jobs[job].passes[PASS_SURVEY] = (struct pass){.rows = survey_rows, .left = survey_rows};
+    run.jobs[job].passes[PASS_RENDER] = (struct pass){.rows = rows, .left = rows};
+    run.jobs[job].survey_rows = survey_rows;
+    run.jobs[job].surveyed = survey_rows == 0;
+}
+
+static void take_restart(const struct action *action)
+{
+    require(action->job < run.job_count && !run.jobs[action->job].over);
+    begin_job(action->job, run.jobs[action->job].passes[PASS_RENDER].rows, run.jobs[action->job].survey_rows);
+}
+
+static void check_settled(const struct pass *pass)
+{
+    for (uint32_t row = 0; row < pass->rows; row++)
+        require(!pass->audited[row]);
 }
 
 static void take_end_of_pass(const struct action *action)
@@ -91,6 +152,8 @@ static void take_end_of_pass(const struct action *action)
         run.jobs[action->job].over = true;
     require(action->kind == ACTION_FAIL || run.jobs[action->job].passes[PASS_SURVEY].left == 0);
     require(action->kind != ACTION_DONE || run.jobs[action->job].passes[PASS_RENDER].left == 0);
+    if (action->kind != ACTION_FAIL)
+        check_settled(&run.jobs[action->job].passes[action->kind == ACTION_DONE ? PASS_RENDER : PASS_SURVEY]);
 }
 
 static void take_action(const struct action *action)
@@ -108,11 +171,22 @@ static void take_action(const struct action *action)
         take_end_of_pass(action);
         break;
     case ACTION_EXPEL:
-        require(action->worker < run.worker_count);
+        require(is_worker(action->worker));
         run.workers[action->worker].wants_none = true;
         break;
+    case ACTION_AUDITED:
+        take_audited(action);
+        break;
+    case ACTION_UNDO:
+        take_undo(action);
+        break;
+    case ACTION_RESTART:
+        take_restart(action);
+        break;
+    case ACTION_NEED_TRUSTED:
+        break;
     default:
-        require(action->worker < run.worker_count); /* a message to it */
+        require(is_worker(action->worker)); /* a message to it */
         break;
     }
 }
@@ -133,19 +207,18 @@ static void add_job(uint32_t rows, uint32_t survey_rows)
     if (run.job_count == JOBS_MAX)
         return;
     uint32_t job = run.job_count++;
-    run.jobs[job].passes[PASS_SURVEY] = (struct pass){.rows = survey_rows, .left = survey_rows};
-    run.jobs[job].passes[PASS_RENDER] = (struct pass){.rows = rows, .left = rows};
-    run.jobs[job].surveyed = survey_rows == 0;
+    begin_job(job, rows, survey_rows);
     handle((struct event){.kind = EVENT_JOB, .rows = rows, .survey_rows = survey_rows});
 }
 
-static void add_worker(uint32_t threads, uint32_t credit)
+static void add_worker(uint32_t threads, uint32_t credit, bool trusted)
 {
     if (run.worker_count == WORKERS_MAX)
         return;
-    uint32_t worker = run.worker_count++;
+    uint32_t worker = ++run.worker_count;
     run.workers[worker].credit = credit;
-    handle((struct event){.kind = EVENT_JOIN, .worker = worker, .threads = threads, .credit = credit});
+    handle((struct event){.kind = EVENT_JOIN, .worker = worker, .threads = threads, .credit = credit,
+                          .trusted = trusted});
 }
 
 /* Any lease that was granted, or one that never was. */
@@ -157,9 +230,20 @@ static void return_result(uint32_t worker, size_t lease)
 
 static void leave(enum event_kind kind, uint32_t worker)
 {
-    if (worker < run.worker_count)
+    if (is_worker(worker))
         run.workers[worker].wants_none = true;
     handle((struct event){.kind = kind, .worker = worker});
+}
+
+static void say_of_audit(enum event_kind kind, uint32_t number, uint32_t first_row)
+{
+    if (number >= run.job_count)
+        return;
+    enum render_pass pass_kind = run.jobs[number].surveyed ? PASS_RENDER : PASS_SURVEY;
+    struct pass *pass = &run.jobs[number].passes[pass_kind];
+    pass->audited[first_row] &= !pass->unsettled[first_row] || kind == EVENT_JUDGE;
+    pass->unsettled[first_row] = false;
+    handle((struct event){.kind = kind, .job = number, .pass = pass_kind, .first_row = first_row});
 }
 
 static void pass_time(int64_t ms)
@@ -176,25 +260,36 @@ static bool step(char what, uint32_t x, uint32_t y)
         add_job(1 + x, y);
         return true;
     case 'w':
-        add_worker(1 + x, 1 + y);
+    case 'W':
+        add_worker(1 + x, 1 + y, what == 'W');
         return true;
     case 'R':
-        handle((struct event){.kind = EVENT_READY, .worker = x, .job = y});
+        handle((struct event){.kind = EVENT_READY, .worker = 1 + x, .job = y});
         return true;
     case 'r':
-        return_result(x, y);
+        return_result(1 + x, y);
         return true;
     case 'B':
-        handle((struct event){.kind = EVENT_BEAT, .worker = x});
+        handle((struct event){.kind = EVENT_BEAT, .worker = 1 + x});
         return true;
     case 'D':
-        leave(EVENT_DRAIN, x);
+        leave(EVENT_DRAIN, 1 + x);
         return true;
     case 'L':
-        leave(EVENT_LEAVE, x);
+        leave(EVENT_LEAVE, 1 + x);
         return true;
     case 'X':
-        leave(EVENT_LOST, x);
+        leave(EVENT_LOST, 1 + x);
+        return true;
+    case 'Z':
+        handle((struct event){.kind = EVENT_LIAR, .worker = (1 + x) % NUMBERS});
+        return true;
+    case 'A':
+        run.audited_rows = x;
+        return true;
+    case 'S':
+    case 'G':
+        say_of_audit(what == 'S' ? EVENT_SETTLED : EVENT_JUDGE, x, y);
         return true;
     case 't':
         pass_time(y == 1 ? x * 256 : x);
@@ -206,7 +301,7 @@ static bool step(char what, uint32_t x, uint32_t y)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    const struct scheduler_policy policy = {.band_rows = size % 4, .silence_ms = SILENCE_MS};
+    const struct scheduler_policy policy = {.band_rows = size % 4, .silence_ms = SILENCE_MS, .audits = is_audited};
     memset(&run, 0, sizeof run);
     run.scheduler = scheduler_create(&policy);
     for (size_t at = 0; at + 2 < size;)

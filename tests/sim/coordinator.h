@@ -12,7 +12,8 @@
 
 enum {
     GOODBYE_MS = 500,     /* as long as coordinator/farm.c waits for answers */
-    STANDSTILL_MS = 2500, /* nobody minds that a coordinator stands still for so long */
+    STANDSTILL_MS = 2500, /* nobody minds that a coordinator stands still for so long, */
+    RECOVERY_MS = 1000,   /* or again and again without so much time between */
 };
 
 static struct {
@@ -20,7 +21,7 @@ static struct {
     struct render_job jobs[JOBS_MAX];
     uint32_t job_count, jobs_added;
     bool ending, crashed;
-    int64_t stopped_until_ms;
+    int64_t stopped_until_ms, stopping_ms; /* stopping: since when it has stood still, again and again */
     uint64_t epoch;  /* of the message that it is taking, */
     bool deaf;       /* which nobody present has said */
     uint32_t hellos; /* that it has taken */
@@ -30,7 +31,7 @@ static const char *const job_files[JOBS_MAX] = {"first", "second"};
 
 /* What the histories held, over all seeds. */
 static struct {
-    unsigned renders, done, failed, crashed, altered, joined, lost, bands;
+    unsigned renders, done, failed, crashed, altered, joined, lost, bands, audited, exposed;
 } tally;
 
 /* --- what it says ----------------------------------------------------------------------------------------- */
@@ -58,10 +59,11 @@ static void check_said(const struct link *link, const struct peer *peer, const s
             "something is said to worker %u after its goodbye", link->worker);
 }
 
-/* Who is given up for its silence has said nothing that waits to be heard. */
+/* Who is given up for its silence, and not for wrong bytes, has said nothing that waits to be heard. */
 static void check_given_up(const struct link *link, enum message_kind kind)
 {
-    require(kind != MESSAGE_REFUSE || !network_waits(link), "worker %u is expelled though it spoke", link->worker);
+    bool for_silence = kind == MESSAGE_REFUSE && !workers[link->worker].crooked;
+    require(!for_silence || !network_waits(link), "worker %u is expelled though it spoke", link->worker);
 }
 
 /* Takes the place of wire_server_send. */
@@ -91,7 +93,8 @@ static void add_job(void)
 static void start_coordinator(void)
 {
     const struct dispatcher_config config = {.band_rows = chance(50) ? 0 : draw(1, 10), .send = send_down,
-                                             .host = "host0", .bell = -1};
+                                             .host = "host0", .bell = -1,
+                                             .audit_percent = farm.audits ? 100 : 0};
     coordinator.dispatcher = dispatcher_create(&config, history.now_ms);
     for (uint32_t i = 0; i < coordinator.job_count; i++)
         picture_job(farm.pictures[i], job_files[i], &coordinator.jobs[i]);
@@ -153,9 +156,22 @@ static void hear(const struct packet *packet, size_t from)
 
 static void stop_coordinator(uint32_t ms)
 {
+    if (history.now_ms > coordinator.stopped_until_ms + RECOVERY_MS)
+        coordinator.stopping_ms = history.now_ms;
     coordinator.stopped_until_ms = history.now_ms + ms;
-    farm.disturbed |= ms > STANDSTILL_MS;
+    farm.disturbed |= coordinator.stopped_until_ms - coordinator.stopping_ms > STANDSTILL_MS;
     happen(COORDINATOR_TURN, 0, 0, coordinator.stopped_until_ms);
+}
+
+/* One more worker of this machine, as coordinator/farm.c starts it; if it has ended, again. */
+static void start_judge(void)
+{
+    if (farm.judge == 0) {
+        farm.judge = worker_count++;
+        workers[farm.judge] = (struct worker){.number = farm.judge, .link = NO_LINK, .own = true, .pid = 1000,
+                                              .threads = 1, .credit = 2, .high_ms = 2, .ms_a_row = draw(1, 100)};
+    }
+    happen(START, farm.judge, 0, history.now_ms + draw(0, 2000));
 }
 
 /* As the loop of coordinator/farm.c, and while it ends, as that of its end. */
@@ -174,6 +190,8 @@ static void coordinator_turn(void)
     if (chance(1))
         stop_coordinator(draw(1, 300)); /* it has other things to do too */
     dispatcher_tick(coordinator.dispatcher, history.now_ms);
+    if (dispatcher_take_need_of_trusted(coordinator.dispatcher))
+        start_judge();
     check_rest();
     require(dispatcher_deadline(coordinator.dispatcher) > history.now_ms, "the dispatcher's deadline is past");
 }
@@ -225,6 +243,8 @@ static uint32_t count_gone(void)
     uint32_t gone = 0;
     for (size_t i = 0; i < snapshot.worker_count; i++)
         gone += snapshot.workers[i].state == WORKER_GONE;
+    for (size_t i = 0; i < coordinator.dispatcher->peer_count; i++)
+        tally.exposed += coordinator.dispatcher->peers[i].lied;
     tally.joined += (unsigned)snapshot.worker_count;
     tally.lost += gone;
     return gone;
@@ -237,6 +257,7 @@ static void check_done(void)
         require(coordinator.jobs[i].state == JOB_DONE, "job %u is not done", i);
         require(scheduler_rows_leased(d->scheduler, i) == 0, "job %u is done and leased", i);
         check_rows(&coordinator.jobs[i]);
+        tally.audited += coordinator.jobs[i].audited;
     }
     tally.done++;
 }

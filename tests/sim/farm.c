@@ -1,7 +1,7 @@
 /*
  * Whole farms under a virtual clock: one real dispatcher with real jobs, whose files are written (coordinator.h), and
  * real sessions (worker_loop.h), over a network that delays and cuts (network.h). Workers are slow, hang, are stopped,
- * die and come again, drain, cannot load, or lie (lies.h). The coordinator itself is stopped, or dies and is started
+ * die and come again, drain, cannot load, lie (lies.h), or, where all bands are audited, render wrong bytes. The coordinator itself is stopped, or dies and is started
  * again, or another one follows it. Whatever happens, the files are those that a render without a farm gives
  * (pictures.h), or the dispatcher says why not, and that only once three workers were lost; one honest worker is always
  * there, so every job ends.
@@ -187,7 +187,7 @@ static void give_speed(struct worker *w)
 
 static void make_workers(bool calm)
 {
-    worker_count = draw(1, WORKERS_MAX);
+    worker_count = draw(1, WORKERS_MAX - 1); /* and perhaps a judge */
     for (uint32_t i = 0; i < worker_count; i++) {
         struct worker *w = &workers[i];
         bool may_be_odd = i > 0 && !calm;
@@ -199,7 +199,11 @@ static void make_workers(bool calm)
         w->stranger = may_be_odd && chance(5);
         w->liar = may_be_odd && chance(15);
         w->evil = may_be_odd && evil && chance(70) ? draw(1, 20) : 0;
-        w->disturbed = w->unfit || w->stranger || w->liar || w->evil > 0;
+        w->crooked = may_be_odd && farm.audits && chance(40);
+        if (farm.audits && (w->liar || w->evil > 0 || w->crooked))
+            w->host += 10 + i; /* its machine is left out with it */
+        w->own = farm.audits && w->host == 0 && (i == 0 || chance(50));
+        w->disturbed = w->unfit || w->stranger || w->liar || w->crooked || w->evil > 0;
         happen(START, i, 0, chance(50) ? draw(0, 20) : draw(0, 15000));
         if (w->liar)
             happen(LIE, i, 0, draw(0, 5000));
@@ -220,6 +224,7 @@ static void make_world(void)
     aftermath = false;
     network.flips = chance(50);
     memset(&farm, 0, sizeof farm);
+    farm.audits = chance(25);
     memset(&coordinator, 0, sizeof coordinator);
     make_workers(calm);
     if (!calm)
@@ -330,9 +335,9 @@ static void test_histories(void **state)
     (void)state;
     seeds_run(live);
     print_message("# seeds %u to %u: %u renders, %u done, %u failed, %u coordinators died, %u pictures altered by "
-                  "evil; %u workers joined, %u were lost or left; %u bands\n",
+                  "evil; %u workers joined, %u were lost or left; %u bands, %u audited; %u liars were found out\n",
                   seeds.first, seeds.first + seeds.count - 1, tally.renders, tally.done, tally.failed, tally.crashed,
-                  tally.altered, tally.joined, tally.lost, tally.bands);
+                  tally.altered, tally.joined, tally.lost, tally.bands, tally.audited, tally.exposed);
 }
 
 static int start(void **state)

@@ -2,7 +2,8 @@
  * The scheduler under a virtual clock, with workers of every kind: fast and slow ones, ones that die, fall
  * silent, leave, drain, hang while they still say that they live, answer late, twice, or what nobody asked. A
  * model beside it, which knows nothing of how the scheduler works, holds every action against its promises; one
- * honest worker is always there, so every job ends.
+ * honest worker is always there, so every job ends. Some worlds have audits, and workers that lie; there a trusted
+ * worker comes when it is asked for.
  *
  * Which histories: tests/sim/history.h.
  */
@@ -13,6 +14,7 @@ enum {
     SILENCE_MS = 4500,
     BEAT_MS = 1000,
     WORKERS_MAX = 12,
+    SPARES_MAX = 24, /* trusted workers that come when they are asked for */
     JOBS_MAX = 4,
     ROWS_MAX = 200,
     LEASES_MAX = 4096,
@@ -29,12 +31,15 @@ struct lease {
     enum render_pass pass;
     uint32_t first_row, rows;
     bool unsent; /* it was revoked before its result was sent */
+    bool audits, lies; /* what its result is */
 };
 
 struct worker {
     enum fate fate;
     bool present;                         /* in the scheduler's view */
     bool draining, fated;                 /* fated: its fate has come */
+    bool trusted;
+    uint32_t lies;                        /* so often, in percent */
     bool announced[JOBS_MAX], ready[JOBS_MAX], ended[JOBS_MAX];
     uint32_t threads, credit, held;
     uint32_t ms_a_row;
@@ -42,28 +47,42 @@ struct worker {
     uint64_t progress;
 };
 
-/* All but the rows is of the present pass. */
-struct job {
-    enum render_pass pass;
-    uint32_t rows[PASSES], accepted_rows;
-    bool over;
-    bool accepted[ROWS_MAX];
-    uint8_t losses[ROWS_MAX]; /* by fault */
+/* An audit of the band that begins at a row. */
+struct audit {
+    bool open, unsettled, judges;
+    uint64_t renderers, liars; /* bit sets of workers; 0: nobody who is here */
+    uint32_t turn;             /* counts its answers */
 };
 
-enum happening_kind { ARRIVES, JOINS, BEATS, FATE };
+/* All but the rows, surveyors and `kept` is of the present pass. */
+struct job {
+    enum render_pass pass;
+    uint32_t rows[PASSES];
+    uint64_t surveyors; /* bit set of workers whose survey was accepted */
+    bool kept, over;
+    uint32_t accepted_rows;
+    bool accepted[ROWS_MAX];
+    uint8_t losses[ROWS_MAX]; /* by fault */
+    uint32_t band_rows[ROWS_MAX], band_worker[ROWS_MAX]; /* of the accepted band that begins there; rows 0: none does */
+    struct audit audits[ROWS_MAX];
+};
+
+enum happening_kind { ARRIVES, JOINS, BEATS, FATE, FINDS };
 
 struct happening {
     enum happening_kind kind;
-    struct event event; /* ARRIVES; of the others only the worker */
+    struct event event; /* ARRIVES; of FINDS what the audit is about; of the others only the worker */
+    uint32_t turn;      /* FINDS */
 };
 
 /* One history; made anew from each seed. */
 static struct world {
-    bool deadly;
+    bool deadly, asked;
+    uint32_t audited; /* bands, in percent */
+    struct kept_rows kept[JOBS_MAX];
     struct scheduler *scheduler;
     struct action_list actions;
-    struct worker workers[WORKERS_MAX + 1]; /* numbered from 1; 1 is the honest one */
+    struct worker workers[WORKERS_MAX + SPARES_MAX + 1]; /* numbered from 1; 1 is the honest one */
     uint32_t worker_count;
     struct job jobs[JOBS_MAX];
     uint32_t job_count, jobs_begun, jobs_over;
@@ -74,12 +93,12 @@ static struct world {
 
 /* What the histories held, over all seeds. */
 static struct {
-    unsigned surveyed, done, failed, expelled, stuck, revoked, late;
+    unsigned surveyed, done, failed, expelled, stuck, revoked, late, audited, judged, liars, undone, restarted, asked;
 } tally;
 
 static void happen(enum happening_kind kind, int64_t at_ms, struct event event)
 {
-    queue_put(&world.happenings, at_ms, &(struct happening){kind, event}, sizeof(struct happening));
+    queue_put(&world.happenings, at_ms, &(struct happening){kind, event, 0}, sizeof(struct happening));
 }
 
 /* --- the model: what the scheduler promised --------------------------------------------------------------- */
@@ -122,6 +141,35 @@ static void check_announce(const struct action *a)
     w->announced[a->job] = true;
 }
 
+/* The audit there waits or is leased, and the worker may render it. */
+static bool is_audit_for(const struct job *job, uint32_t first_row, uint32_t worker)
+{
+    const struct audit *audit = &job->audits[first_row];
+    bool has_rendered = audit->renderers >> worker & 1;
+    return audit->open && !audit->unsettled && !has_rendered && (world.workers[worker].trusted || !audit->judges);
+}
+
+static bool is_audited(const void *context, uint32_t job, enum render_pass pass, uint32_t first_row)
+{
+    (void)context;
+    return hash_u32(history.seed + 1000 * first_row + 10 * job + pass) % 100 < world.audited;
+}
+
+/* The scheduler accepts the band, or has kept it (worker 0). */
+static void note_band(uint32_t number, uint32_t first_row, uint32_t rows, uint32_t worker, bool lies)
+{
+    struct job *job = &world.jobs[number];
+    job->band_rows[first_row] = rows;
+    job->band_worker[first_row] = worker;
+    job->accepted_rows += rows;
+    for (uint32_t row = first_row; row < first_row + rows; row++)
+        job->accepted[row] = true;
+    job->audits[first_row] = (struct audit){.open = is_audited(NULL, number, job->pass, first_row),
+                                            .renderers = UINT64_C(1) << worker,
+                                            .liars = (uint64_t)lies << worker,
+                                            .turn = job->audits[first_row].turn};
+}
+
 static void check_grant(const struct action *a)
 {
     struct worker *w = &world.workers[a->worker];
@@ -131,11 +179,16 @@ static void check_grant(const struct action *a)
     require(w->held < w->credit, "worker %u got more than its credit", a->worker);
     require(a->pass == job->pass, "job %u is not at pass %d", a->job, (int)a->pass);
     require(!job->over && a->rows >= 1 && a->first_row + a->rows <= job->rows[a->pass], "rows outside of an open job");
+    bool audits = job->accepted[a->first_row];
+    require(!audits || is_audit_for(job, a->first_row, a->worker), "row %u handed out again", a->first_row);
+    require(!audits || job->band_rows[a->first_row] == a->rows, "row %u: other rows are audited", a->first_row);
     for (uint32_t row = a->first_row; row < a->first_row + a->rows; row++)
-        require(!job->accepted[row], "row %u handed out again", row);
+        require(job->accepted[row] == audits, "row %u handed out again", row);
     check_overlap(a);
     w->held++;
-    world.leases[++world.lease_count] = (struct lease){OPEN, a->worker, a->job, a->pass, a->first_row, a->rows, false};
+    world.leases[++world.lease_count] = (struct lease){.worker = a->worker, .job = a->job, .pass = a->pass,
+                                                       .first_row = a->first_row, .rows = a->rows, .audits = audits,
+                                                       .lies = chance(w->lies)};
 }
 
 static void check_accept(const struct action *a, const struct event *event)
@@ -143,18 +196,106 @@ static void check_accept(const struct action *a, const struct event *event)
     struct lease *lease = &world.leases[event->lease];
     struct job *job = &world.jobs[a->job];
     require(a->worker == event->worker && a->lease_ms >= 0, "accepted from another worker");
-    require(event->kind == EVENT_RESULT && lease->state == OPEN && lease->worker == event->worker,
+    require(event->kind == EVENT_RESULT && lease->state == OPEN && lease->worker == event->worker && !lease->audits,
             "accepted what is not an answer");
     require(lease->job == a->job && lease->pass == a->pass && a->pass == job->pass, "accepted for another pass");
     require(lease->first_row == a->first_row && lease->rows == a->rows,
             "accepted other rows than were answered");
-    for (uint32_t row = a->first_row; row < a->first_row + a->rows; row++) {
+    for (uint32_t row = a->first_row; row < a->first_row + a->rows; row++)
         require(!job->accepted[row], "row %u accepted twice", row);
-        job->accepted[row] = true;
-    }
-    job->accepted_rows += a->rows;
+    note_band(a->job, a->first_row, a->rows, a->worker, lease->lies);
+    job->surveyors |= a->pass == PASS_SURVEY ? UINT64_C(1) << a->worker : 0;
     lease->state = ANSWERED;
     world.workers[lease->worker].held--;
+}
+
+/* The caller will say in a while what it makes of it. */
+static void check_audited(const struct action *a, const struct event *event)
+{
+    struct lease *lease = &world.leases[event->lease];
+    struct job *job = &world.jobs[a->job];
+    struct audit *audit = &job->audits[a->first_row];
+    require(event->kind == EVENT_RESULT && lease->state == OPEN && lease->worker == event->worker && lease->audits,
+            "audited what is not an answer");
+    require(a->worker == event->worker && lease->job == a->job && lease->first_row == a->first_row &&
+            lease->rows == a->rows && a->pass == job->pass && a->about == job->band_worker[a->first_row],
+            "audited other rows than were answered");
+    require(is_audit_for(job, a->first_row, a->worker), "row %u is not to be audited", a->first_row);
+    lease->state = ANSWERED;
+    world.workers[lease->worker].held--;
+    audit->unsettled = true;
+    audit->renderers |= UINT64_C(1) << a->worker;
+    audit->liars |= (uint64_t)lease->lies << a->worker;
+    struct happening finds = {FINDS, {.job = a->job, .pass = a->pass, .first_row = a->first_row}, ++audit->turn};
+    queue_put(&world.happenings, history.now_ms + (chance(50) ? 0 : draw(0, 500)), &finds, sizeof finds);
+    tally.audited++;
+}
+
+static void check_undo(const struct action *a, const struct event *event)
+{
+    struct job *job = &world.jobs[a->job];
+    require(event->kind == EVENT_LIAR && !job->over && a->pass == job->pass, "row %u is undone", a->first_row);
+    require(job->band_rows[a->first_row] == a->rows && job->band_worker[a->first_row] == event->worker,
+            "row %u is undone, which worker %u has not rendered", a->first_row, event->worker);
+    job->band_rows[a->first_row] = 0;
+    job->accepted_rows -= a->rows;
+    job->audits[a->first_row] = (struct audit){.turn = job->audits[a->first_row].turn};
+    for (uint32_t row = a->first_row; row < a->first_row + a->rows; row++)
+        job->accepted[row] = false;
+    tally.undone++;
+}
+
+static void check_unleased(uint32_t job)
+{
+    for (uint64_t i = 1; i <= world.lease_count; i++)
+        require(world.leases[i].job != job || world.leases[i].state != OPEN, "job %u is leased", job);
+}
+
+/* The job as it begins a pass: answers to audits of an earlier one have other numbers. */
+static void begin_pass(struct job *job, enum render_pass pass)
+{
+    struct job begun = {.pass = pass, .surveyors = job->surveyors, .kept = job->kept};
+    memcpy(begun.rows, job->rows, sizeof begun.rows);
+    for (uint32_t row = 0; row < ROWS_MAX; row++)
+        begun.audits[row].turn = job->audits[row].turn;
+    *job = begun;
+}
+
+static void check_restart(const struct action *a, const struct event *event)
+{
+    struct job *job = &world.jobs[a->job];
+    bool rests = event->worker ? job->surveyors >> event->worker & 1 : job->kept;
+    require(event->kind == EVENT_LIAR && !job->over && rests, "job %u begins again", a->job);
+    check_unleased(a->job);
+    job->surveyors = 0;
+    job->kept = false;
+    begin_pass(job, job->rows[PASS_SURVEY] ? PASS_SURVEY : PASS_RENDER);
+    tally.restarted++;
+}
+
+static void check_need(void)
+{
+    require(!world.asked, "a trusted worker is asked for again");
+    world.asked = true;
+    require(world.worker_count < WORKERS_MAX + SPARES_MAX, "too many trusted workers are asked for");
+    uint32_t number = ++world.worker_count;
+    world.workers[number] = (struct worker){.trusted = true, .threads = draw(1, 4), .credit = draw(1, 4),
+                                            .ms_a_row = draw(1, 300)};
+    happen(JOINS, history.now_ms + draw(0, 5000), (struct event){.worker = number});
+    tally.asked++;
+}
+
+/* After a lie has come out, nothing of open jobs rests on it. */
+static void check_liar(uint32_t liar)
+{
+    require(!world.workers[liar].present, "worker %u lied and is there", liar);
+    for (uint32_t i = 0; i < world.jobs_begun; i++) {
+        const struct job *job = &world.jobs[i];
+        bool rests = !job->over && (liar ? job->surveyors >> liar & 1 : job->kept);
+        for (uint32_t row = 0; row < ROWS_MAX; row++)
+            rests |= !job->over && job->band_rows[row] > 0 && job->band_worker[row] == liar;
+        require(!rests, "job %u rests on worker %u, who lied", i, liar);
+    }
 }
 
 static void check_revoke(const struct action *a)
@@ -167,16 +308,28 @@ static void check_revoke(const struct action *a)
     tally.revoked++;
 }
 
-static void check_expel(const struct action *a)
+static void check_expel(const struct action *a, const struct event *event)
 {
     struct worker *w = &world.workers[a->worker];
     require(w->present, "worker %u expelled again", a->worker);
-    if (a->stuck)
+    if (a->liar)
+        require(event->kind == EVENT_LIAR && event->worker == a->worker, "worker %u expelled as a liar", a->worker);
+    else if (a->stuck)
         require(w->fate == HANGS && w->fated, "worker %u expelled though it got on", a->worker);
     else
         require(history.now_ms - w->heard_ms >= SILENCE_MS, "worker %u expelled though it spoke", a->worker);
-    drop_worker(a->worker, !a->stuck);
-    *(a->stuck ? &tally.stuck : &tally.expelled) += 1;
+    drop_worker(a->worker, !a->stuck && !a->liar);
+    *(a->liar ? &tally.liars : a->stuck ? &tally.stuck : &tally.expelled) += 1;
+}
+
+static void check_settled(const struct job *job)
+{
+    for (uint32_t row = 0; row < ROWS_MAX; row++) {
+        const struct audit *audit = &job->audits[row];
+        require(!audit->open, "a pass ends before its row %u is audited", row);
+        bool was_audited = audit->renderers & (audit->renderers - 1); /* more than one has rendered it */
+        require(!was_audited || !(audit->liars >> job->band_worker[row] & 1), "a pass ends with a lie at row %u", row);
+    }
 }
 
 /* Nothing of the survey is missing, and nothing of it is out any more. */
@@ -185,11 +338,9 @@ static void check_surveyed(const struct action *a)
     struct job *job = &world.jobs[a->job];
     require(!job->over && job->pass == PASS_SURVEY, "job %u is surveyed twice", a->job);
     require(job->accepted_rows == job->rows[PASS_SURVEY], "job %u surveyed with holes", a->job);
-    for (uint64_t i = 1; i <= world.lease_count; i++) {
-        const struct lease *lease = &world.leases[i];
-        require(lease->job != a->job || lease->state != OPEN, "job %u: its survey is leased", a->job);
-    }
-    *job = (struct job){.pass = PASS_RENDER, .rows = {job->rows[PASS_SURVEY], job->rows[PASS_RENDER]}};
+    check_unleased(a->job);
+    check_settled(job);
+    begin_pass(job, PASS_RENDER);
     tally.surveyed++;
 }
 
@@ -204,6 +355,8 @@ static void check_over(const struct action *a)
     require(a->kind == ACTION_FAIL ? a->pass == job->pass
                                    : job->pass == PASS_RENDER && job->accepted_rows == job->rows[PASS_RENDER],
             "job %u done with holes", a->job);
+    if (a->kind == ACTION_DONE)
+        check_settled(job);
     *(a->kind == ACTION_FAIL ? &tally.failed : &tally.done) += 1;
     for (uint32_t i = 1; i <= world.worker_count; i++) {
         const struct worker *w = &world.workers[i];
@@ -234,7 +387,7 @@ static void check_action(const struct action *a, const struct event *event)
         world.workers[a->worker].ended[a->job] = true;
         break;
     case ACTION_EXPEL:
-        check_expel(a);
+        check_expel(a, event);
         break;
     case ACTION_SURVEYED:
         check_surveyed(a);
@@ -242,6 +395,18 @@ static void check_action(const struct action *a, const struct event *event)
     case ACTION_DONE:
     case ACTION_FAIL:
         check_over(a);
+        break;
+    case ACTION_AUDITED:
+        check_audited(a, event);
+        break;
+    case ACTION_UNDO:
+        check_undo(a, event);
+        break;
+    case ACTION_RESTART:
+        check_restart(a, event);
+        break;
+    case ACTION_NEED_TRUSTED:
+        check_need();
         break;
     }
 }
@@ -253,12 +418,28 @@ static uint32_t leased_rows(uint32_t job, bool mark[ROWS_MAX])
     memset(mark, 0, ROWS_MAX * sizeof *mark);
     for (uint64_t i = 1; i <= world.lease_count; i++) {
         const struct lease *lease = &world.leases[i];
-        if (lease->state != OPEN || lease->job != job || mark[lease->first_row])
+        if (lease->state != OPEN || lease->job != job || lease->audits || mark[lease->first_row])
             continue;
         memset(mark + lease->first_row, true, lease->rows * sizeof *mark);
         count += lease->rows;
     }
     return count;
+}
+
+/* No audit waits for a worker that has room and may render it. */
+static void check_audits_wait(uint32_t number)
+{
+    const struct job *job = &world.jobs[number];
+    bool leased[ROWS_MAX] = {false};
+    for (uint64_t i = 1; i <= world.lease_count; i++)
+        if (world.leases[i].state == OPEN && world.leases[i].job == number)
+            leased[world.leases[i].first_row] = true;
+    for (uint32_t row = 0; !job->over && row < ROWS_MAX; row++)
+        for (uint32_t i = 1; job->audits[row].open && !leased[row] && i <= world.worker_count; i++) {
+            const struct worker *w = &world.workers[i];
+            bool room = w->present && !w->draining && w->ready[number] && w->held < w->credit;
+            require(!room || !is_audit_for(job, row, i), "the audit of row %u waits though worker %u has room", row, i);
+        }
 }
 
 /* Between events: both sides count alike, nobody silent is left, and no row waits for a worker that has room (for the
@@ -284,6 +465,8 @@ static void check_rest(const struct event *event)
         bool held = scheduler_lease(world.scheduler, lease->worker, i, &(struct action){.kind = ACTION_GRANT});
         require(held == (lease->state == OPEN), "lease %llu is not in its state", (unsigned long long)i);
     }
+    for (uint32_t job = 0; job < world.jobs_begun; job++)
+        check_audits_wait(job);
     bool due = scheduler_deadline(world.scheduler) <= history.now_ms;
     require(!due || event->kind != EVENT_TICK, "the deadline is past");
 }
@@ -325,13 +508,21 @@ static void stop_rendering(const struct action *a)
     world.leases[a->lease].unsent = chance(50);
 }
 
+static void note_job(const struct event *event)
+{
+    uint32_t number = world.jobs_begun++;
+    world.jobs[number] = (struct job){.pass = event->survey_rows ? PASS_SURVEY : PASS_RENDER,
+                                      .rows = {event->survey_rows, event->rows}, .kept = event->kept_count > 0};
+    for (size_t i = 0; i < event->kept_count; i++)
+        note_band(number, event->kept[i].first_row, event->kept[i].rows, 0, chance(30));
+}
+
 static void tell(struct event event)
 {
     struct worker *w = &world.workers[event.worker];
     if (event.kind == EVENT_JOB)
-        world.jobs[world.jobs_begun++] = (struct job){.pass = event.survey_rows ? PASS_SURVEY : PASS_RENDER,
-                                                      .rows = {event.survey_rows, event.rows}};
-    if (w->present && event.kind != EVENT_TICK)
+        note_job(&event);
+    if (w->present && event.kind != EVENT_TICK && event.kind != EVENT_LIAR)
         w->heard_ms = history.now_ms;
     if (w->present && event.kind == EVENT_READY)
         w->ready[event.job] = w->announced[event.job];
@@ -345,6 +536,8 @@ static void tell(struct event event)
     scheduler_handle(world.scheduler, &event, history.now_ms, &world.actions);
     for (size_t i = 0; i < world.actions.count; i++)
         check_action(&world.actions.items[i], &event);
+    if (event.kind == EVENT_LIAR)
+        check_liar(event.worker);
     check_rest(&event);
     for (size_t i = 0; i < world.actions.count; i++) {
         const struct action *a = &world.actions.items[i];
@@ -357,12 +550,37 @@ static void tell(struct event event)
     }
 }
 
+/* Lies differ from one another, so who lied is clear once somebody who is trusted has rendered the rows. */
+static void caller_finds(const struct happening *h)
+{
+    struct event event = h->event;
+    struct audit *audit = &world.jobs[event.job].audits[event.first_row];
+    bool judged = false;
+    if (world.jobs[event.job].over || !audit->unsettled || audit->turn != h->turn)
+        return;
+    for (uint32_t i = 1; i <= world.worker_count; i++)
+        judged |= world.workers[i].trusted && (audit->renderers >> i & 1);
+    for (uint32_t i = 0; judged && i <= world.worker_count; i++)
+        if (audit->liars >> i & 1)
+            tell((struct event){.kind = EVENT_LIAR, .worker = i});
+    if (!audit->unsettled || audit->turn != h->turn)
+        return; /* what it was about is undone */
+    event.kind = audit->liars && !judged ? EVENT_JUDGE : EVENT_SETTLED;
+    audit->judges = event.kind == EVENT_JUDGE;
+    audit->open = audit->judges;
+    audit->unsettled = false;
+    tally.judged += audit->judges;
+    tell(event);
+}
+
 static void worker_joins(uint32_t number)
 {
     struct worker *w = &world.workers[number];
     w->present = true;
     w->heard_ms = history.now_ms;
-    tell((struct event){.kind = EVENT_JOIN, .worker = number, .threads = w->threads, .credit = w->credit});
+    world.asked &= !w->trusted;
+    tell((struct event){.kind = EVENT_JOIN, .worker = number, .threads = w->threads, .credit = w->credit,
+                        .trusted = w->trusted});
     happen(BEATS, history.now_ms + BEAT_MS, (struct event){.worker = number});
     uint32_t latest_ms = world.deadly || chance(50) ? 1500 : 10000;
     if (w->fate != HONEST && w->fate != REPEATS)
@@ -418,6 +636,8 @@ static void make_workers(void)
     for (uint32_t i = 1; i <= world.worker_count; i++) {
         struct worker *w = &world.workers[i];
         w->fate = i == 1 ? HONEST : world.deadly ? DIES : (enum fate)draw(0, FATES - 1);
+        w->trusted = i == 1 && chance(50);
+        w->lies = i > 1 && world.audited > 0 && chance(30) ? draw(1, 100) : 0;
         w->threads = draw(1, 4);
         w->credit = chance(50) ? 2 * w->threads : draw(1, 3);
         w->ms_a_row = chance(20) ? draw(500, 3000) : draw(1, 300);
@@ -431,6 +651,11 @@ static void make_jobs(void)
     for (uint32_t i = 0; i < world.job_count; i++) {
         struct event event = {.kind = EVENT_JOB, .rows = chance(20) ? draw(1, 3) : draw(1, ROWS_MAX)};
         event.survey_rows = chance(40) ? 0 : chance(50) ? draw(1, 3) : draw(1, 40);
+        world.kept[i] = (struct kept_rows){PASS_RENDER, 0, draw(1, event.rows)};
+        if (event.survey_rows == 0 && chance(20)) {
+            event.kept = &world.kept[i];
+            event.kept_count = 1;
+        }
         happen(ARRIVES, chance(70) ? 0 : draw(0, 20000), event);
     }
 }
@@ -439,7 +664,9 @@ static void make_world(void)
 {
     struct action_list actions = world.actions;
     world = (struct world){.actions = actions};
-    world.scheduler = scheduler_create(&(struct scheduler_policy){chance(50) ? 0 : draw(1, 40), SILENCE_MS});
+    world.scheduler = scheduler_create(&(struct scheduler_policy){chance(50) ? 0 : draw(1, 40), SILENCE_MS,
+                                                                  is_audited, NULL});
+    world.audited = chance(50) ? 0 : chance(50) ? 100 : draw(1, 99);
     make_workers();
     make_jobs();
 }
@@ -459,6 +686,8 @@ static void step(void)
         message_arrives(&h);
     else if (h.kind == JOINS)
         worker_joins(h.event.worker);
+    else if (h.kind == FINDS)
+        caller_finds(&h);
     else if (h.kind == BEATS)
         worker_beats(h.event.worker);
     else
@@ -481,9 +710,11 @@ static void test_histories(void **state)
     (void)state;
     seeds_run(live);
     print_message("# seeds %u to %u: %u jobs surveyed, %u done, %u failed, %u workers expelled, %u stuck, "
-                  "%u leases revoked, %u results too late\n",
+                  "%u leases revoked, %u results too late; %u bands audited, %u judged, %u liars expelled, %u bands "
+                  "undone, %u jobs begun again, %u trusted workers asked for\n",
                   seeds.first, seeds.first + seeds.count - 1, tally.surveyed, tally.done, tally.failed, tally.expelled,
-                  tally.stuck, tally.revoked, tally.late);
+                  tally.stuck, tally.revoked, tally.late, tally.audited, tally.judged, tally.liars, tally.undone,
+                  tally.restarted, tally.asked);
 }
 
 static int finish(void **state)

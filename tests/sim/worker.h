@@ -42,6 +42,8 @@ struct worker {
     bool unfit;      /* it cannot load scenes */
     bool stranger;   /* of another core */
     bool liar;
+    bool crooked;    /* it renders wrong bytes now and then */
+    bool own;        /* the coordinator's, which believes it */
     /* How it fares. */
     bool disturbed;  /* it has reason to look for a coordinator again */
     bool joined; /* it has been welcomed by the present coordinator */
@@ -74,6 +76,8 @@ static uint32_t worker_count;
 static struct {
     bool up;                                  /* it takes connections */
     bool disturbed;                           /* it was stopped, or is no more: they may look for it again */
+    bool audits;                              /* of all bands */
+    uint32_t judge;                           /* a worker that the coordinator started to tell who is right; 0: none */
     bool altered;                             /* evil has altered what decides a pixel */
     const struct picture *pictures[JOBS_MAX]; /* of its jobs */
 } farm;

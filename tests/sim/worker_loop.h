@@ -85,6 +85,8 @@ static void take_rendered(struct worker *w)
         struct bytes records = picture_answer(band.job->picture, &band.job->settings, &band.order, &sound);
         require(sound || farm.altered, "worker %u was told to render other rows than the picture's", w->number);
         w->rays += records.size;
+        if (w->crooked && chance(30))
+            records.data[draw(0, (uint32_t)records.size - 1)] ^= (uint8_t)(1 << draw(0, 7));
         handle(w, (struct session_event){.kind = SESSION_RENDERED, .lease = band.lease, .records = &records});
     }
 }
@@ -182,6 +184,7 @@ static void connection_is_made(struct worker *w, uint32_t socket)
         return;
     }
     w->link = network_open(w->number, w->low_ms, w->high_ms, w->evil);
+    network.links[w->link].own = w->own;
     worker_turn(w);
 }
 

@@ -23,11 +23,17 @@ static struct scheduler *scheduler;
 static struct action_list actions;
 static int64_t now_ms;
 
-static void start(uint32_t band_rows)
+static void start_with(struct scheduler_policy policy)
 {
     scheduler_destroy(&scheduler);
-    scheduler = scheduler_create(&(struct scheduler_policy){band_rows, SILENCE_MS});
+    policy.silence_ms = SILENCE_MS;
+    scheduler = scheduler_create(&policy);
     now_ms = 1000000;
+}
+
+static inline void start(uint32_t band_rows)
+{
+    start_with((struct scheduler_policy){.band_rows = band_rows});
 }
 
 static int finish(void **state)
@@ -66,13 +72,25 @@ static void describe(const struct action *a, char *text, size_t size)
         snprintf(text, size, "end w%u j%u", a->worker, a->job);
         break;
     case ACTION_EXPEL:
-        snprintf(text, size, "expel w%u", a->worker);
+        snprintf(text, size, "expel w%u%s", a->worker, a->liar ? ", which lied" : "");
         break;
     case ACTION_SURVEYED:
         snprintf(text, size, "surveyed j%u", a->job);
         break;
     case ACTION_DONE:
         snprintf(text, size, "done j%u", a->job);
+        break;
+    case ACTION_AUDITED:
+        snprintf(text, size, "audited w%u %c%u %u+%u of w%u", a->worker, pass, a->job, a->first_row, a->rows, a->about);
+        break;
+    case ACTION_UNDO:
+        snprintf(text, size, "undo %c%u %u+%u", pass, a->job, a->first_row, a->rows);
+        break;
+    case ACTION_RESTART:
+        snprintf(text, size, "restart j%u", a->job);
+        break;
+    case ACTION_NEED_TRUSTED:
+        snprintf(text, size, "need trusted");
         break;
     case ACTION_FAIL:
         snprintf(text, size, "fail %c%u %u+%u", pass, a->job, a->first_row, a->rows);

@@ -1,0 +1,171 @@
+/* What becomes of bands that two workers have rendered, and of a worker that lied. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "coordinator/dispatcher_private.h"
+
+/* Worker 0, an earlier run's, is nobody who could be asked again. */
+static bool is_trusted(struct dispatcher *d, uint32_t worker)
+{
+    return worker > 0 && dispatcher_peer(d, worker)->address.own;
+}
+
+/* --- verdicts --------------------------------------------------------------------------------------------- */
+
+/* What was accepted is right. After who lied was told: with this the pass may end. */
+static void settle(struct dispatcher *d, const struct action *audit)
+{
+    render_job_confirm(d->jobs[audit->job], audit->pass, audit->first_row);
+    audit_drop(&d->audit, audit->job, audit->pass, audit->first_row);
+    dispatcher_tell(d, &(struct event){.kind = EVENT_SETTLED, .job = audit->job, .pass = audit->pass,
+                                       .first_row = audit->first_row}, NULL);
+}
+
+/* Pictures that are complete cannot be mended any more; the command must not end as if all were well. */
+static void doubt_done(struct dispatcher *d, uint32_t worker, const char *who)
+{
+    for (size_t i = 0; i < d->job_count; i++) {
+        const struct render_job *job = d->jobs[i];
+        if (job->state != JOB_DONE || !render_job_relies_on(job, worker))
+            continue;
+        log_warning("%s: holds rows of %s, and was complete before that was found", job->output_path, who);
+        if (d->doubtful.text[0] == '\0')
+            error_set(&d->doubtful, STATUS_FAILED, "%s: holds rows of %s, which returned wrong ones later; render it again",
+                      job->output_path, who);
+    }
+}
+
+/* Nothing is to be believed that a worker has said. */
+static void leave_out(struct dispatcher *d, uint32_t worker)
+{
+    char who[MESSAGE_HOST_BYTES + 64] = "an earlier run";
+    if (worker > 0) {
+        struct peer *peer = dispatcher_peer(d, worker);
+        snprintf(who, sizeof who, "worker %u (%s, process %u)", peer->number, peer->host, peer->pid);
+        peer->lied = true;
+    }
+    doubt_done(d, worker, who);
+    dispatcher_tell(d, &(struct event){.kind = EVENT_LIAR, .worker = worker}, NULL);
+}
+
+/* With a liar goes its machine: it may have joined more than once, and what made one process compute wrong bytes is
+ * likely to do the same to the next. */
+static void leave_out_machine(struct dispatcher *d, uint32_t worker)
+{
+    for (size_t i = 0; i < d->peer_count; i++) {
+        const struct peer *peer = &d->peers[i];
+        if (!peer->lied && !peer->address.own && strcmp(peer->host, dispatcher_peer(d, worker)->host) == 0)
+            leave_out(d, peer->number);
+    }
+}
+
+static void expose(struct dispatcher *d, uint32_t worker, const struct action *audit)
+{
+    const struct render_job *job = d->jobs[audit->job];
+    const struct peer *peer = worker > 0 ? dispatcher_peer(d, worker) : NULL;
+    char who[MESSAGE_HOST_BYTES + 64] = "an earlier run";
+    if (peer && peer->lied) /* it is known for that */
+        return;
+    if (peer)
+        snprintf(who, sizeof who, "worker %u (%s, process %u)", peer->number, peer->host, peer->pid);
+    log_warning("%s returned wrong bytes for rows %" PRIu32 " to %" PRIu32 "%s of %s; %s", who, audit->first_row,
+                audit->first_row + audit->rows - 1, audit->pass == PASS_SURVEY ? " of the survey" : "", job->scene_path,
+                peer ? "its machine is left out, and what it returned is rendered again" : "all is rendered anew");
+    if (peer)
+        leave_out_machine(d, worker);
+    else
+        leave_out(d, 0);
+}
+
+/* Two workers of this machine do not agree: then nobody can be believed. */
+static void give_up(struct dispatcher *d, const struct action *audit)
+{
+    struct error error;
+    error_set(&error, STATUS_FAILED,
+              "%s: workers %u and %u, both of this machine, returned different bytes for rows %u to %u%s; its memory or "
+              "processor may be faulty", d->jobs[audit->job]->scene_path, audit->about, audit->worker, audit->first_row,
+              audit->first_row + audit->rows - 1, audit->pass == PASS_SURVEY ? " of the survey" : "");
+    dispatcher_fail_job(d, d->jobs[audit->job], STATUS_FAILED, &error);
+}
+
+/* --- comparing -------------------------------------------------------------------------------------------- */
+
+/* What a second worker returned differs from what was accepted. */
+static void judge_two(struct dispatcher *d, const struct action *audit, const uint8_t *result, size_t size)
+{
+    bool first = is_trusted(d, audit->about), second = is_trusted(d, audit->worker);
+    if (first && second) {
+        give_up(d, audit);
+    } else if (second) {
+        expose(d, audit->about, audit);
+    } else if (first) {
+        expose(d, audit->worker, audit);
+        settle(d, audit);
+    } else {
+        const struct doubt doubt = {.job = audit->job, .pass = audit->pass, .first_row = audit->first_row,
+                                    .second = audit->worker};
+        audit_keep(&d->audit, &doubt, result, size);
+        dispatcher_tell(d, &(struct event){.kind = EVENT_JUDGE, .job = audit->job, .pass = audit->pass,
+                                           .first_row = audit->first_row}, NULL);
+    }
+}
+
+/* Now a trusted worker has returned what is right: each of the two may have lied. */
+static void judge_by_third(struct dispatcher *d, const struct action *audit, const struct doubt *doubt, bool first_is_right,
+                           const uint8_t *result)
+{
+    uint32_t second = doubt->second;
+    bool second_is_right = memcmp(doubt->result.data, result, doubt->result.size) == 0;
+    if (!second_is_right)
+        expose(d, second, audit);
+    if (first_is_right)
+        settle(d, audit);
+    else
+        expose(d, audit->about, audit); /* that settles it too: the band is undone */
+}
+
+void dispatcher_audit(struct dispatcher *d, const struct action *audit, const uint8_t *result)
+{
+    const struct render_job *job = d->jobs[audit->job];
+    const struct doubt *doubt = audit_find(&d->audit, audit->job, audit->pass, audit->first_row);
+    struct error error;
+    bool same;
+    dispatcher_peer(d, audit->worker)->bands_held--;
+    enum status status = render_job_compare(job, audit->pass, audit->first_row, result, &same, &error);
+    if (status != STATUS_OK) {
+        dispatcher_fail_job(d, d->jobs[audit->job], status, &error);
+        return;
+    }
+    d->jobs[audit->job]->audited += !doubt;
+    if (doubt)
+        judge_by_third(d, audit, doubt, same, result);
+    else if (same)
+        settle(d, audit);
+    else
+        judge_two(d, audit, result, render_job_result_bytes(job, audit->pass, audit->rows));
+}
+
+/* --- taking back ------------------------------------------------------------------------------------------ */
+
+void dispatcher_undo(struct dispatcher *d, const struct action *action)
+{
+    struct render_job *job = d->jobs[action->job];
+    struct error error;
+    audit_drop(&d->audit, action->job, action->pass, action->first_row);
+    enum status status = render_job_undo(job, action->first_row, &error);
+    if (status != STATUS_OK)
+        dispatcher_fail_job(d, job, status, &error);
+}
+
+void dispatcher_restart(struct dispatcher *d, const struct action *action)
+{
+    struct render_job *job = d->jobs[action->job];
+    struct error error;
+    audit_drop_job(&d->audit, action->job);
+    job->state = JOB_WAITING;
+    enum status status = render_job_restart(job, &error);
+    if (status != STATUS_OK)
+        dispatcher_fail_job(d, job, status, &error);
+}
