@@ -34,6 +34,10 @@ void dispatcher_destroy(struct dispatcher **pointer)
     free(d->events);
     free(d->job_views);
     free(d->worker_views);
+    free(d->stretch_views);
+    for (size_t i = 0; i < d->job_count; i++)
+        forecast_destroy(&d->forecasts[i]);
+    free(d->forecasts);
     free(d->peers);
     free(d->writing);
     free(d->done);
@@ -57,6 +61,8 @@ void dispatcher_add_job(struct dispatcher *d, struct render_job *job, int64_t no
 {
     d->now_ms = now_ms;
     d->jobs = memory_grow(d->jobs, &d->job_capacity, d->job_count + 1, sizeof(struct render_job *));
+    d->forecasts = memory_grow(d->forecasts, &d->forecast_capacity, d->job_count + 1, sizeof(struct forecast *));
+    d->forecasts[d->job_count] = NULL;
     d->jobs[d->job_count++] = job;
     dispatcher_tell(d, &(struct event){.kind = EVENT_JOB, .survey_rows = render_job_survey_rows(job),
                                        .rows = job->settings.height, .kept = job->kept,

@@ -37,8 +37,10 @@ void dispatcher_lose_peer(struct dispatcher *d, struct peer *peer, bool by_fault
         return;
     peer->gone = true;
     peer_finish(peer);
-    if (by_fault)
+    if (by_fault) {
         log_warning("worker %u (%s, process %u) is lost", peer->number, peer->host, peer->pid);
+        peer->trouble = TROUBLE_LOST;
+    }
     dispatcher_tell(d, &(struct event){.kind = by_fault ? EVENT_LOST : EVENT_LEAVE, .worker = peer->number}, NULL);
 }
 
@@ -67,21 +69,26 @@ static void announce(struct dispatcher *d, const struct action *action)
 }
 
 /* With its first band, of a survey or of a render without one; or when an earlier run has left nothing to do. */
-static void start_job(const struct dispatcher *d, struct render_job *job, enum render_pass pass)
+static void start_job(struct dispatcher *d, uint32_t number, enum render_pass pass)
 {
+    struct render_job *job = d->jobs[number];
     if (job->state != JOB_WAITING)
         return;
     job->state = pass == PASS_SURVEY ? JOB_SURVEYING : JOB_RUNNING;
     job->started_ms = job->render_ms = d->now_ms;
+    dispatcher_begin_forecast(d, number);
 }
 
 static void grant(struct dispatcher *d, const struct action *action)
 {
     struct render_job *job = d->jobs[action->job];
     const struct sampling *sampling = action->pass == PASS_SURVEY ? &job->surveying : &job->sampling;
-    start_job(d, job, action->pass);
-    dispatcher_peer(d, action->worker)->bands_held++;
-    dispatcher_send_peer(d, dispatcher_peer(d, action->worker), (struct message){.kind = MESSAGE_BAND, .band = {
+    struct peer *peer = dispatcher_peer(d, action->worker);
+    start_job(d, action->job, action->pass);
+    if (!peer->gone) /* as an action just before this one has shown */
+        peer_give_band(peer, &(struct held_band){action->lease, action->job, action->pass, action->first_row,
+                                                 action->rows}, d->now_ms);
+    dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_BAND, .band = {
         .job = action->job, .lease = action->lease, .pass = action->pass, .first_row = action->first_row,
         .rows = action->rows, .sampling = {sampling->least, sampling->most, sampling->threshold}}});
 }
@@ -89,7 +96,7 @@ static void grant(struct dispatcher *d, const struct action *action)
 static void end_survey(struct dispatcher *d, const struct action *action)
 {
     struct render_job *job = d->jobs[action->job];
-    start_job(d, job, PASS_RENDER);
+    start_job(d, action->job, PASS_RENDER);
     render_job_end_survey(job);
     job->state = JOB_RUNNING;
     job->render_ms = d->now_ms;
@@ -103,10 +110,13 @@ static void accept_result(struct dispatcher *d, const struct action *action, con
     const struct band_account account = {.first_row = action->first_row, .rows = action->rows,
                                          .worker = action->worker, .lease_ms = action->lease_ms};
     struct error error;
-    dispatcher_peer(d, action->worker)->bands_held--;
+    double work = peer_answer_band(dispatcher_peer(d, action->worker), action->job, action->pass, action->first_row,
+                                   d->now_ms);
     enum status status = render_job_take(job, action->pass, account, result, &error);
     if (status != STATUS_OK)
         dispatcher_fail_job(d, job, status, &error);
+    else
+        dispatcher_add_to_forecast(d, action, work);
 }
 
 static void complete_job(struct dispatcher *d, const struct action *action)
@@ -114,7 +124,8 @@ static void complete_job(struct dispatcher *d, const struct action *action)
     struct render_job *job = d->jobs[action->job];
     if (d->status != STATUS_OK)
         return;
-    start_job(d, job, PASS_RENDER);
+    start_job(d, action->job, PASS_RENDER);
+    forecast_destroy(&d->forecasts[action->job]);
     render_job_finish_output(job, d->config.bell);
     d->writing = memory_grow(d->writing, &d->writing_capacity, d->writing_count + 1, sizeof(struct render_job *));
     d->writing[d->writing_count++] = job;
@@ -150,6 +161,7 @@ static void expel(struct dispatcher *d, const struct action *action)
         log_warning("worker %u (%s, process %u) %s; its bands go to others", peer->number, peer->host, peer->pid, why);
     dispatcher_send_to(d, &peer->address, &refusal);
     peer->gone = true;
+    peer->trouble = action->liar ? TROUBLE_LIAR : action->stuck ? TROUBLE_STUCK : TROUBLE_SILENT;
     peer->failed |= action->stuck;
     peer_finish(peer);
     if (strcmp(peer->host, d->config.host) != 0)
@@ -176,7 +188,7 @@ static void carry_out(struct dispatcher *d, const struct action *action, const u
         break;
     case ACTION_REVOKE:
         peer_drop(dispatcher_peer(d, action->worker), action->lease);
-        dispatcher_peer(d, action->worker)->bands_held--;
+        peer_revoke_band(dispatcher_peer(d, action->worker), action->lease, d->now_ms);
         dispatcher_send_peer(d, dispatcher_peer(d, action->worker),
                   (struct message){.kind = MESSAGE_REVOKE, .revoke = {action->lease}});
         break;

@@ -132,7 +132,7 @@ void dispatcher_audit(struct dispatcher *d, const struct action *audit, const ui
     const struct doubt *doubt = audit_find(&d->audit, audit->job, audit->pass, audit->first_row);
     struct error error;
     bool same;
-    dispatcher_peer(d, audit->worker)->bands_held--;
+    peer_answer_band(dispatcher_peer(d, audit->worker), audit->job, audit->pass, audit->first_row, d->now_ms);
     enum status status = render_job_compare(job, audit->pass, audit->first_row, result, &same, &error);
     if (status != STATUS_OK) {
         dispatcher_fail_job(d, d->jobs[audit->job], status, &error);
@@ -157,6 +157,7 @@ void dispatcher_undo(struct dispatcher *d, const struct action *action)
     enum status status = render_job_undo(job, action->first_row, &error);
     if (status != STATUS_OK)
         dispatcher_fail_job(d, job, status, &error);
+    dispatcher_begin_forecast(d, action->job);
 }
 
 void dispatcher_restart(struct dispatcher *d, const struct action *action)

@@ -19,6 +19,7 @@ static void refuse(struct dispatcher *d, const struct wire_peer *address, const 
     struct message message = {.kind = MESSAGE_REFUSE};
     snprintf(message.refuse.reason, sizeof message.refuse.reason, "%s", reason);
     dispatcher_send_to(d, address, &message);
+    d->refused++;
     log_warning("refused a worker on %s (process %u): %s", hello->hello.host, hello->hello.pid, reason);
 }
 
@@ -26,6 +27,15 @@ static struct peer *find_peer(struct dispatcher *d, const struct wire_peer *addr
 {
     uint32_t number = peer_index_find(&d->peers_by_address, d->peers, address);
     return number && !d->peers[number - 1].gone ? &d->peers[number - 1] : NULL;
+}
+
+/* Of the same process, when it was another worker. */
+static enum worker_trouble last_trouble_of(const struct dispatcher *d, const struct peer *peer)
+{
+    for (size_t i = peer->number - 1; i-- > 0;)
+        if (peer_is_same_process(&d->peers[i], peer->host, peer->pid))
+            return d->peers[i].trouble;
+    return TROUBLE_NONE;
 }
 
 static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
@@ -38,6 +48,7 @@ static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *addre
     randombytes_buf(&peer->epoch, sizeof peer->epoch);
     memcpy(peer->host, hello->hello.host, sizeof peer->host);
     memcpy(peer->kernel, hello->hello.kernel, sizeof peer->kernel);
+    peer->trouble = last_trouble_of(d, peer);
     peer_index_add(&d->peers_by_address, d->peers, peer->number);
     return peer;
 }
@@ -113,6 +124,7 @@ static void take_need(struct dispatcher *d, struct peer *peer, const struct mess
 static void take_failure(struct dispatcher *d, struct peer *peer, const struct message *message)
 {
     peer->failed = true;
+    peer->trouble = TROUBLE_UNFIT;
     log_warning("worker %u (%s) cannot work on job %" PRIu32 ": %s", peer->number, peer->host, message->failed.job,
                 message->failed.reason);
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_GOODBYE});
@@ -134,6 +146,7 @@ static void take_result(struct dispatcher *d, struct peer *peer, const struct me
         peer->failed = true;
         log_warning("worker %u (%s) sent a result that does not fit its band", peer->number, peer->host);
         dispatcher_lose_peer(d, peer, true);
+        peer->trouble = TROUBLE_MISFIT;
     }
     if (!whole)
         return;

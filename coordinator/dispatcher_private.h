@@ -4,6 +4,7 @@
 
 #include "coordinator/audit.h"
 #include "coordinator/dispatcher.h"
+#include "coordinator/forecast.h"
 #include "coordinator/peer.h"
 #include "coordinator/peer_index.h"
 #include "coordinator/scheduler.h"
@@ -22,6 +23,8 @@ struct dispatcher {
     size_t job_count, job_capacity;
     struct render_job **writing; /* all of their rows are there, but not yet written */
     size_t writing_count, writing_capacity;
+    struct forecast **forecasts; /* of each job that is under way, else NULL */
+    size_t forecast_capacity;
     struct render_job **done; /* in the order of completion; told up to done_at */
     size_t done_at, done_count, done_capacity;
     uint32_t *expelled; /* processes of this machine, yet to be taken */
@@ -30,9 +33,11 @@ struct dispatcher {
     size_t peer_count, peer_capacity;
     struct peer_index peers_by_address;
     int64_t started_ms, beat_ms;
+    uint32_t refused; /* HELLOs */
     struct job_snapshot *job_views; /* of dispatcher_snapshot */
     struct worker_snapshot *worker_views;
-    size_t job_view_capacity, worker_view_capacity;
+    struct stretch_snapshot *stretch_views;
+    size_t job_view_capacity, worker_view_capacity, stretch_view_capacity;
     bool answering; /* dispatcher_tell is at work */
     struct event *events; /* that came about meanwhile */
     size_t event_count, event_capacity;
@@ -67,6 +72,13 @@ struct peer *dispatcher_peer(struct dispatcher *dispatcher, uint32_t number);
 void dispatcher_audit(struct dispatcher *dispatcher, const struct action *action, const uint8_t *result);
 void dispatcher_undo(struct dispatcher *dispatcher, const struct action *action);
 void dispatcher_restart(struct dispatcher *dispatcher, const struct action *action);
+
+/* Remaining time of a job: it begins, or begins anew, with what is done (at what cost is not known); a band of it was accepted, as the action says, which took so much work. */
+void dispatcher_begin_forecast(struct dispatcher *dispatcher, uint32_t job);
+void dispatcher_add_to_forecast(struct dispatcher *dispatcher, const struct action *accepted, double work);
+
+/* In seconds; negative: unknown. */
+double dispatcher_remaining_seconds(const struct dispatcher *dispatcher, uint32_t job);
 
 /* The worker is gone: tells the scheduler, unless it knows. */
 void dispatcher_lose_peer(struct dispatcher *dispatcher, struct peer *peer, bool by_fault);

@@ -33,13 +33,16 @@ struct farm {
 
 /* --- starting --------------------------------------------------------------------------------------------- */
 
-/* Signals that this process was started to ignore, as by nohup, stay ignored. */
+/* Those that end the render, unless this process was started to ignore them, as by nohup; of children; and of the
+ * terminal, that its size has changed, and that we go on after we were stopped. */
 static int block_signals(void)
 {
     static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
     sigset_t set;
     sigemptyset(&set);
     sigaddset(&set, SIGCHLD);
+    sigaddset(&set, SIGWINCH);
+    sigaddset(&set, SIGCONT);
     for (size_t i = 0; i < sizeof ending / sizeof *ending; i++) {
         struct sigaction now;
         if (sigaction(ending[i], NULL, &now) == 0 && now.sa_handler != SIG_IGN)
@@ -175,9 +178,13 @@ static void start_trusted(struct farm *farm)
 static int take_signals(struct farm *farm)
 {
     struct signalfd_siginfo info;
-    while (read(farm->signals, &info, sizeof info) == (ssize_t)sizeof info)
-        if (info.ssi_signo != SIGCHLD)
+    while (read(farm->signals, &info, sizeof info) == (ssize_t)sizeof info) {
+        bool of_terminal = info.ssi_signo == SIGWINCH || info.ssi_signo == SIGCONT;
+        if (of_terminal && farm->progress)
+            progress_disturb(farm->progress, info.ssi_signo == SIGCONT);
+        if (!of_terminal && info.ssi_signo != SIGCHLD)
             return (int)info.ssi_signo;
+    }
     take_dead_children(farm);
     return 0;
 }

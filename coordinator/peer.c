@@ -14,6 +14,9 @@ void peer_finish(struct peer *peer)
     free(peer->incoming);
     peer->incoming = NULL;
     peer->incoming_count = peer->incoming_capacity = 0;
+    free(peer->held);
+    peer->held = NULL;
+    peer->held_count = peer->held_capacity = 0;
 }
 
 bool peer_is_same_process(const struct peer *peer, const char *host, uint32_t pid)
@@ -63,6 +66,50 @@ void peer_drop(struct peer *peer, uint64_t lease)
     bytes_finish(&incoming->records);
     *incoming = peer->incoming[--peer->incoming_count];
 }
+
+/* --- bands ------------------------------------------------------------------------------------------------ */
+
+void peer_give_band(struct peer *peer, const struct held_band *band, int64_t now_ms)
+{
+    if (peer->held_count == 0)
+        peer->turn_ms = now_ms;
+    peer->held = memory_grow(peer->held, &peer->held_capacity, peer->held_count + 1, sizeof *peer->held);
+    peer->held[peer->held_count++] = *band;
+}
+
+/* The next one's turn begins if it was the first. */
+static void drop_band(struct peer *peer, size_t index, int64_t now_ms)
+{
+    if (index == 0)
+        peer->turn_ms = now_ms;
+    peer->held_count--;
+    memmove(peer->held + index, peer->held + index + 1, (peer->held_count - index) * sizeof *peer->held);
+}
+
+void peer_revoke_band(struct peer *peer, uint64_t lease, int64_t now_ms)
+{
+    for (size_t i = 0; i < peer->held_count; i++)
+        if (peer->held[i].lease == lease) {
+            drop_band(peer, i, now_ms);
+            return;
+        }
+}
+
+double peer_answer_band(struct peer *peer, uint32_t job, enum render_pass pass, uint32_t first_row, int64_t now_ms)
+{
+    double work = (double)(now_ms - peer->turn_ms) * peer->threads;
+    for (size_t i = 0; i < peer->held_count; i++) {
+        const struct held_band *held = &peer->held[i];
+        if (held->job == job && held->pass == pass && held->first_row == first_row) {
+            drop_band(peer, i, now_ms);
+            break;
+        }
+    }
+    peer->turn_ms = now_ms; /* also when it answered out of turn */
+    return work;
+}
+
+/* --- rays ------------------------------------------------------------------------------------------------- */
 
 void peer_take_beat(struct peer *peer, uint64_t rays, int64_t now_ms)
 {

@@ -18,6 +18,14 @@ struct incoming {
     struct bytes records;
 };
 
+/* A band that a worker holds. */
+struct held_band {
+    uint64_t lease;
+    uint32_t job;
+    enum render_pass pass;
+    uint32_t first_row, rows;
+};
+
 struct peer {
     uint32_t number; /* from 1, in the order of joining; the scheduler's worker number */
     struct wire_peer address;
@@ -31,7 +39,10 @@ struct peer {
     bool draining;
     struct incoming *incoming;
     size_t incoming_count, incoming_capacity;
-    uint32_t bands_held, bands_done;
+    struct held_band *held; /* in the order in which it was given them, which is that of its work */
+    size_t held_count, held_capacity;
+    int64_t turn_ms; /* since when the first of these has its turn */
+    uint32_t bands_done;
     uint64_t rows_done;
     uint64_t rays_returned; /* in the bands that it returned */
     uint64_t rays;          /* since it joined, by its last beat, which also counts bands in work */
@@ -41,6 +52,7 @@ struct peer {
     int64_t rate_from_ms;   /* start of the span over which the rate is measured */
     uint64_t rate_from_rays;
     double rays_per_second;
+    enum worker_trouble trouble; /* the last */
 };
 
 /* Whether they are the same process of the same machine, as far as they say. */
@@ -55,6 +67,12 @@ bool peer_take_chunk(struct peer *peer, const struct message *result, uint64_t t
 
 /* Forgets what has come under that lease. */
 void peer_drop(struct peer *peer, uint64_t lease);
+
+/* It is given a band; it need not work on that any more; it has answered it. The last returns the band's work, in
+ * milliseconds of one thread: all threads are at it from the previous answer on. */
+void peer_give_band(struct peer *peer, const struct held_band *band, int64_t now_ms);
+void peer_revoke_band(struct peer *peer, uint64_t lease, int64_t now_ms);
+double peer_answer_band(struct peer *peer, uint32_t job, enum render_pass pass, uint32_t first_row, int64_t now_ms);
 
 /* Rays traced as far as is known, and how many a second: over the last few seconds, or since joining in the first. */
 uint64_t peer_rays(const struct peer *peer);

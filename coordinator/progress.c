@@ -238,6 +238,14 @@ enum progress_mode progress_mode_auto(FILE *to)
     return movable && isatty(fileno(to)) ? PROGRESS_BAR : PROGRESS_LINES;
 }
 
+void progress_disturb(struct progress *progress, bool displaced)
+{
+    if (progress->mode != PROGRESS_BAR)
+        return;
+    progress->due_ms = 0;
+    progress->shown &= !displaced;
+}
+
 int progress_wait_ms(const struct progress *progress, int64_t now_ms)
 {
     if (progress->mode == PROGRESS_NONE)

@@ -3,22 +3,15 @@
  * plain line now and then, or JSON lines. No view uses colour. No block is drawn while the program is in its
  * terminal's background.
  *
- * A JSON line is written about four times a second, at once when a job's state changes, and at the end. It is
- * one object, whose members are those of struct snapshot (snapshot.h); times are in seconds:
+ * The block never hides the cursor, which stands on the row below it: so no exit, however sudden, has to bring it back.
  *
- *   elapsed, rays, rays_per_second
- *   jobs     array of {scene, output, state: "waiting", "surveying", "running", "done" or "failed", width, height,
- *            samples_max, samples: null while unknown, error: null where none was asked for, rmse: null until it is
- *            done and where nothing tells, rows_done, rows_in_work, rays, elapsed, remaining: null while unknown}
- *   workers  array of {number, host, pid, threads, kernel, state: "loading", "working", "idle", "draining" or
- *            "gone", bands_held, bands_done, rows_done, rays, rays_per_second}
- *
- * A number that is not finite is null. Strings are valid UTF-8: U+FFFD stands for each byte of a name that is
- * not.
+ * A JSON line is written about four times a second, at once when a job's state changes, and at the end. It is one
+ * object: struct snapshot (snapshot.h) as snapshot.schema.json describes it.
  */
 #ifndef WEFT_COORDINATOR_PROGRESS_H
 #define WEFT_COORDINATOR_PROGRESS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
@@ -42,6 +35,10 @@ void progress_destroy(struct progress **progress);
 
 /* The mode that "auto" means for this stream: a bar on a terminal that can move its cursor, else lines. */
 enum progress_mode progress_mode_auto(FILE *to);
+
+/* The terminal has changed: the next update is wanted at once. displaced: the cursor is where others have left it, so a
+ * block that is shown stays behind. */
+void progress_disturb(struct progress *progress, bool displaced);
 
 /* How long until the next update is wanted, in milliseconds from now; −1: never. */
 int progress_wait_ms(const struct progress *progress, int64_t now_ms);

@@ -6,6 +6,16 @@
 #include "coordinator/json_text.h"
 #include "coordinator/text.h"
 
+static void put_stretch(struct bytes *text, const struct stretch_snapshot *stretch)
+{
+    static const char *const states[] = {
+        [STRETCH_WAITING] = "waiting", [STRETCH_IN_WORK] = "in work", [STRETCH_DONE] = "done"};
+    text_put(text, "{\"first_row\":%" PRIu32 ",\"rows\":%" PRIu32 ",\"state\":\"%s\",", stretch->first_row,
+             stretch->rows, states[stretch->state]);
+    json_text_number(text, "worker", stretch->worker > 0 ? stretch->worker : NAN, 0);
+    text_put(text, "}");
+}
+
 static void put_job(struct bytes *text, const struct job_snapshot *job)
 {
     text_put(text, "{");
@@ -24,7 +34,12 @@ static void put_job(struct bytes *text, const struct job_snapshot *job)
     json_text_number(text, "elapsed", job->elapsed_seconds, 3);
     text_put(text, ",");
     json_text_number(text, "remaining", job->remaining_seconds < 0 ? INFINITY : job->remaining_seconds, 3);
-    text_put(text, "}");
+    text_put(text, ",\"bands\":[");
+    for (size_t i = 0; i < job->stretch_count; i++) {
+        text_put(text, "%s", i ? "," : "");
+        put_stretch(text, &job->stretches[i]);
+    }
+    text_put(text, "]}");
 }
 
 static void put_worker(struct bytes *text, const struct worker_snapshot *worker)
@@ -37,7 +52,10 @@ static void put_worker(struct bytes *text, const struct worker_snapshot *worker)
              progress_worker_state(worker->state), worker->bands_held, worker->bands_done);
     text_put(text, ",\"rows_done\":%" PRIu64 ",\"rays\":%" PRIu64 ",", worker->rows_done, worker->rays);
     json_text_number(text, "rays_per_second", worker->rays_per_second, 3);
-    text_put(text, "}");
+    if (worker->trouble == TROUBLE_NONE)
+        text_put(text, ",\"trouble\":null}");
+    else
+        text_put(text, ",\"trouble\":\"%s\"}", progress_worker_trouble(worker->trouble));
 }
 
 void progress_json(struct bytes *text, const struct snapshot *snapshot)
@@ -46,7 +64,7 @@ void progress_json(struct bytes *text, const struct snapshot *snapshot)
     json_text_number(text, "elapsed", snapshot->elapsed_seconds, 3);
     text_put(text, ",\"rays\":%" PRIu64 ",", snapshot->rays);
     json_text_number(text, "rays_per_second", snapshot->rays_per_second, 3);
-    text_put(text, ",\"jobs\":[");
+    text_put(text, ",\"refused\":%" PRIu32 ",\"jobs\":[", snapshot->refused);
     for (size_t i = 0; i < snapshot->job_count; i++) {
         text_put(text, "%s", i ? "," : "");
         put_job(text, &snapshot->jobs[i]);

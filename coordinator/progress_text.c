@@ -121,8 +121,8 @@ static void put_title(struct bytes *text, const struct snapshot *snapshot, size_
     put_line(text, &line, columns);
 }
 
-/* The first `count` of the figures beside the bar, the most telling first. */
-static void put_bar_figures(struct bytes *to, const struct snapshot *snapshot, size_t count)
+/* The first `count` of the figures, the most telling first. */
+static void put_first_figures(struct bytes *to, const struct snapshot *snapshot, size_t count)
 {
     const struct job_snapshot *job = &snapshot->jobs[current_job(snapshot)];
     char figure[FIGURE_BYTES];
@@ -143,42 +143,65 @@ static void put_bar_figures(struct bytes *to, const struct snapshot *snapshot, s
         format_count(figure, snapshot->rays_per_second);
         text_put(to, "  %6s rays/s", figure);
     }
+    if (count > 4 && isfinite(job->rmse))
+        text_put(to, "  RMSE %.5f", job->rmse);
 }
 
-/* How many of `cells` stand for `rows` of the job's rows. */
-static size_t cells_of(const struct job_snapshot *job, uint64_t rows, size_t cells)
+/* As many as fit. */
+static void put_figures(struct bytes *text, const struct snapshot *snapshot, size_t columns)
 {
-    rows = rows < job->height ? rows : job->height;
-    return job->height ? (size_t)(cells * rows / job->height) : 0;
-}
-
-static void put_cells(struct bytes *to, const struct job_snapshot *job, size_t cells)
-{
-    size_t done = job->state == JOB_DONE ? cells : cells_of(job, job->rows_done, cells);
-    size_t reached = cells_of(job, (uint64_t)job->rows_done + job->rows_in_work, cells);
-    for (size_t i = 0; i < cells; i++)
-        text_put(to, "%s", i < done ? "█" : i < reached ? "▒" : "░");
-}
-
-/* A bar and as many of the figures as leave it a fair width. */
-static void put_bar(struct bytes *text, const struct snapshot *snapshot, size_t columns)
-{
-    enum { FIGURES = 4, BAR_MIN = 8, GAP = 1 };
-    struct bytes line = {0}, figures = {0};
-    size_t used = 0;
+    enum { FIGURES = 5 };
+    struct bytes line = {0};
     for (size_t count = FIGURES; count; count--) {
-        figures.size = 0;
-        put_bar_figures(&figures, snapshot, count);
-        used = text_columns((const char *)figures.data) + GAP;
-        if (used + BAR_MIN < columns)
+        line.size = 0;
+        put_first_figures(&line, snapshot, count);
+        if (text_columns((const char *)line.data) < columns)
             break;
     }
-    if (used + 1 < columns) {
-        put_cells(&line, &snapshot->jobs[current_job(snapshot)], columns - 1 - used);
-        text_put(&line, " ");
+    put_line(text, &line, columns);
+}
+
+/* --- the strip -------------------------------------------------------------------------------------------- */
+
+/* Stands for a worker in the strip. */
+static char mark_of(uint32_t worker)
+{
+    return "+123456789abcdefghijklmnopqrstuvwxyz"[worker < 36 ? worker : 0];
+}
+
+/* The cell of rows first .. end − 1. *at is the number of a stretch that begins no later, and moves on to the last that
+ * begins within the cell. */
+static void put_cell(struct bytes *to, const struct job_snapshot *job, uint32_t first, uint32_t end, size_t *at)
+{
+    uint32_t done = 0, worker = 0;
+    for (size_t i = *at; i < job->stretch_count && job->stretches[i].first_row < end; i++) {
+        const struct stretch_snapshot *stretch = &job->stretches[i];
+        uint32_t from = stretch->first_row > first ? stretch->first_row : first;
+        uint32_t to_row = stretch->first_row + stretch->rows < end ? stretch->first_row + stretch->rows : end;
+        if (to_row <= from)
+            continue;
+        done += stretch->state == STRETCH_DONE ? to_row - from : 0;
+        worker = stretch->state == STRETCH_IN_WORK ? stretch->worker : worker;
+        *at = i;
     }
-    text_put(&line, "%s", (const char *)figures.data);
-    bytes_finish(&figures);
+    if (worker > 0)
+        text_put(to, "%c", mark_of(worker));
+    else
+        text_put(to, "%s", done == end - first ? "█" : done > 0 ? "▒" : "░");
+}
+
+/* A picture lower than the strip is wide has rows of several cells. */
+static void put_strip(struct bytes *text, const struct snapshot *snapshot, size_t columns)
+{
+    const struct job_snapshot *job = &snapshot->jobs[current_job(snapshot)];
+    struct bytes line = {0};
+    size_t cells = columns - 1, at = 0;
+    text_put(&line, "%s", "");
+    for (size_t i = 0; i < cells && job->height > 0; i++) {
+        uint32_t first = (uint32_t)(i * (uint64_t)job->height / cells);
+        uint32_t end = (uint32_t)((i + 1) * (uint64_t)job->height / cells);
+        put_cell(&line, job, first, end > first ? end : first + 1, &at);
+    }
     put_line(text, &line, columns);
 }
 
@@ -204,6 +227,17 @@ const char *progress_worker_state(enum worker_state state)
     return names[state];
 }
 
+const char *progress_worker_trouble(enum worker_trouble trouble)
+{
+    static const char *const names[WORKER_TROUBLES] = {[TROUBLE_LOST] = "lost",
+                                                       [TROUBLE_SILENT] = "silent",
+                                                       [TROUBLE_STUCK] = "stuck",
+                                                       [TROUBLE_MISFIT] = "wrong result",
+                                                       [TROUBLE_UNFIT] = "cannot load",
+                                                       [TROUBLE_LIAR] = "wrong bytes"};
+    return names[trouble];
+}
+
 static size_t present_workers(const struct snapshot *snapshot)
 {
     size_t count = 0;
@@ -216,9 +250,22 @@ static size_t present_workers(const struct snapshot *snapshot)
 enum worker_column { WORKER_RATE = 1, WORKER_BANDS, WORKER_THREADS, WORKER_KERNEL };
 
 struct worker_table {
-    size_t host_columns, kernel_columns;
+    size_t host_columns, kernel_columns, state_columns;
     enum worker_column last; /* 0: none */
 };
+
+enum { STATE_BYTES = 64 };
+
+/* "working", "gone: stuck", "working, was lost". */
+static void format_state(char text[STATE_BYTES], const struct worker_snapshot *worker)
+{
+    const char *state = progress_worker_state(worker->state);
+    if (worker->trouble == TROUBLE_NONE)
+        snprintf(text, STATE_BYTES, "%s", state);
+    else
+        snprintf(text, STATE_BYTES, "%s%s%s", state, worker->state == WORKER_GONE ? ": " : ", was ",
+                 progress_worker_trouble(worker->trouble));
+}
 
 static size_t smaller(size_t a, size_t b)
 {
@@ -228,8 +275,8 @@ static size_t smaller(size_t a, size_t b)
 /* Columns of a worker's line without its host, as put_worker prints it. */
 static size_t fixed_columns(const struct worker_table *table, enum worker_column last)
 {
-    size_t number = 5, rate = 15, bands = 12, threads = 13, state = 10;
-    return number + state + (last >= WORKER_RATE ? rate : 0) + (last >= WORKER_BANDS ? bands : 0) +
+    size_t number = 5, rate = 15, bands = 12, threads = 13;
+    return number + 2 + table->state_columns + (last >= WORKER_RATE ? rate : 0) + (last >= WORKER_BANDS ? bands : 0) +
            (last >= WORKER_THREADS ? threads : 0) + (last >= WORKER_KERNEL ? 2 + table->kernel_columns : 0);
 }
 
@@ -237,8 +284,11 @@ static size_t fixed_columns(const struct worker_table *table, enum worker_column
 static struct worker_table table_layout(const struct snapshot *snapshot, size_t columns)
 {
     enum { HOST_MAX = 32, HOST_READABLE = 12, KERNEL_MAX = 8 };
-    struct worker_table table = {.last = WORKER_KERNEL};
+    struct worker_table table = {.last = WORKER_KERNEL, .state_columns = strlen("draining")};
     for (size_t i = 0; i < snapshot->worker_count; i++) {
+        char state[STATE_BYTES];
+        format_state(state, &snapshot->workers[i]);
+        table.state_columns = strlen(state) > table.state_columns ? strlen(state) : table.state_columns;
         size_t host = smaller(text_columns(snapshot->workers[i].host), HOST_MAX);
         size_t kernel = smaller(text_columns(snapshot->workers[i].kernel), KERNEL_MAX);
         table.host_columns = host > table.host_columns ? host : table.host_columns;
@@ -262,7 +312,7 @@ static void put_worker(struct bytes *text, const struct worker_snapshot *worker,
                        const struct worker_table *table, size_t columns)
 {
     struct bytes line = {0};
-    text_put(&line, "%3" PRIu32 "  ", worker->number);
+    text_put(&line, "%3" PRIu32 "%c ", worker->number, worker->number < 10 ? ' ' : mark_of(worker->number));
     put_padded(&line, worker->host, table->host_columns);
     if (table->last >= WORKER_THREADS)
         text_put(&line, "  %3" PRIu32 " %-7s", worker->threads, worker->threads == 1 ? "thread" : "threads");
@@ -277,23 +327,26 @@ static void put_worker(struct bytes *text, const struct worker_snapshot *worker,
         format_count(rate, worker->rays_per_second);
         text_put(&line, "  %6s rays/s", rate);
     }
-    text_put(&line, "  %s", progress_worker_state(worker->state));
+    char state[STATE_BYTES];
+    format_state(state, worker);
+    text_put(&line, "  %s", state);
     put_line(text, &line, columns);
 }
 
-static void put_no_worker(struct bytes *text, size_t columns)
+/* Of workers: those that are present but not listed, those that are gone and not listed, those that were not let in. */
+static void put_rest(struct bytes *text, size_t present, size_t gone, uint32_t refused, size_t columns)
 {
     struct bytes line = {0};
-    text_put(&line, "no worker yet");
-    put_line(text, &line, columns);
-}
-
-static void put_not_listed(struct bytes *text, size_t present, size_t gone, size_t columns)
-{
-    struct bytes line = {0};
-    text_put(&line, "… and %zu more", present);
-    if (gone)
-        text_put(&line, ", %zu gone", gone);
+    const char *comma = "";
+    text_put(&line, "…");
+    if (present > 0)
+        text_put(&line, " and %zu more", present);
+    comma = present > 0 ? "," : comma;
+    if (gone > 0)
+        text_put(&line, "%s %zu gone", comma, gone);
+    comma = gone > 0 ? "," : comma;
+    if (refused > 0)
+        text_put(&line, "%s %" PRIu32 " refused", comma, refused);
     put_line(text, &line, columns);
 }
 
@@ -302,16 +355,25 @@ static void put_workers(struct bytes *text, const struct snapshot *snapshot, siz
 {
     size_t count = snapshot->worker_count, present = present_workers(snapshot);
     struct worker_table table = table_layout(snapshot, columns);
-    bool all = count <= lines;
-    size_t listed = 0, most = all ? lines : lines - 1;
+    bool all = count + (snapshot->refused > 0) <= lines;
+    size_t listed = 0, most = all ? count : lines - 1;
     for (size_t i = 0; i < count && listed < most; i++) {
         if (!all && snapshot->workers[i].state == WORKER_GONE)
             continue;
         put_worker(text, &snapshot->workers[i], &table, columns);
         listed++;
     }
-    if (!all)
-        put_not_listed(text, present - listed, count - present, columns);
+    if (!all || snapshot->refused > 0)
+        put_rest(text, all ? 0 : present - listed, all ? 0 : count - present, snapshot->refused, columns);
+}
+
+static void put_no_worker(struct bytes *text, const struct snapshot *snapshot, size_t columns)
+{
+    struct bytes line = {0};
+    text_put(&line, "no worker yet");
+    if (snapshot->refused > 0)
+        text_put(&line, ", %" PRIu32 " refused", snapshot->refused);
+    put_line(text, &line, columns);
 }
 
 void progress_block(struct bytes *text, const struct snapshot *snapshot, size_t columns, size_t rows)
@@ -321,13 +383,15 @@ void progress_block(struct bytes *text, const struct snapshot *snapshot, size_t 
     text_put(text, "%s", "");
     if (snapshot->job_count == 0 || columns < 2 || lines == 0)
         return;
-    if (lines > 1)
+    if (lines > 2)
         put_title(text, snapshot, columns);
-    put_bar(text, snapshot, columns);
-    if (lines > 2 && snapshot->worker_count > 0)
-        put_workers(text, snapshot, columns, lines - 2);
-    else if (lines > 2)
-        put_no_worker(text, columns);
+    if (lines > 1)
+        put_strip(text, snapshot, columns);
+    put_figures(text, snapshot, columns);
+    if (lines > 3 && snapshot->worker_count > 0)
+        put_workers(text, snapshot, columns, lines - 3);
+    else if (lines > 3)
+        put_no_worker(text, snapshot, columns);
 }
 
 /* --- the plain line --------------------------------------------------------------------------------------- */

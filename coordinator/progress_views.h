@@ -11,19 +11,27 @@
 
 /* These three append to *text, where a NUL that `size` does not count follows. */
 
-/* The block for a terminal of that size: the job that is under way, its bar and a line a worker. At most
- * rows - 2 lines, each narrower than `columns` and ended by a newline: the cursor stands below the block, and
- * above it the latest line of the log stays in sight. */
+/* The block for a terminal of that size: the job that is under way, its picture as a strip (the top is on the left),
+ * its figures and a line a worker, as much of these as fits, figures and strip before the rest. At most rows - 2 lines, each
+ * narrower than `columns` and ended by a newline: the cursor stands below the block, and above it the latest line of
+ * the log stays in sight.
+ *
+ * A cell of the strip stands for some rows: █ all are done, ▒ some are, ░ none is; a digit or letter: some are in work,
+ * by the worker whose mark that is: 1 to 9 their numbers, a to z, written behind the number, those of 10 to 35, and +
+ * those of all others. */
 void progress_block(struct bytes *text, const struct snapshot *snapshot, size_t columns, size_t rows);
 
 /* One plain line with its newline, or nothing if there is no job. */
 void progress_line(struct bytes *text, const struct snapshot *snapshot);
 
-/* One JSON object with a newline; progress.h lists its keys. */
+/* One JSON object with a newline, as snapshot.schema.json describes it. */
 void progress_json(struct bytes *text, const struct snapshot *snapshot);
 
 /* One word in lower case, the same in every view. */
 const char *progress_job_state(enum job_state state);
 const char *progress_worker_state(enum worker_state state);
+
+/* The same in few words; not of TROUBLE_NONE. */
+const char *progress_worker_trouble(enum worker_trouble trouble);
 
 #endif

@@ -397,6 +397,7 @@ enum status render_job_restart(struct render_job *job, struct error *error)
     job->survey = (struct survey){0};
     job->sampling = job->asked;
     job->rows_done = job->rows_kept = 0;
+    job->kept_count = 0;
     job->rays_kept = 0;
     return status == STATUS_OK ? journal_clear(job->journal, error) : status;
 }

@@ -1,6 +1,7 @@
 /*
  * The state of a render at one moment, defined once: the terminal, JSON lines and all later views show this and
- * nothing else. Plain data, filled by the farm (farm.h), borrowed by the views for one call.
+ * nothing else. Plain data, filled by the dispatcher (dispatcher.h), borrowed by the views for one call.
+ * snapshot.schema.json describes it as it is written in JSON.
  */
 #ifndef WEFT_COORDINATOR_SNAPSHOT_H
 #define WEFT_COORDINATOR_SNAPSHOT_H
@@ -16,6 +17,18 @@ enum worker_state {
     WORKER_GONE,    /* died, was lost, or said goodbye */
 };
 
+/* The last that went wrong with a worker, or with the same process when it was another worker. */
+enum worker_trouble {
+    TROUBLE_NONE,
+    TROUBLE_LOST,   /* it died, or its connection did */
+    TROUBLE_SILENT, /* it has not been heard for too long */
+    TROUBLE_STUCK,  /* it lives, but did not get on */
+    TROUBLE_MISFIT, /* it sent a result that does not fit its band */
+    TROUBLE_UNFIT,  /* it could not load a scene */
+    TROUBLE_LIAR,   /* it returned wrong bytes */
+    WORKER_TROUBLES,
+};
+
 struct worker_snapshot {
     uint32_t number;    /* from 1, in the order of joining */
     const char *host;
@@ -25,6 +38,16 @@ struct worker_snapshot {
     uint32_t bands_held, bands_done;
     uint64_t rows_done, rays;
     double rays_per_second; /* over the last few seconds */
+    enum worker_trouble trouble;
+};
+
+enum stretch_state { STRETCH_WAITING, STRETCH_IN_WORK, STRETCH_DONE };
+
+/* A stretch of a picture's rows: a band in work, or bands side by side that are all done or all wait. */
+struct stretch_snapshot {
+    uint32_t first_row, rows;
+    enum stretch_state state;
+    uint32_t worker; /* in work: the number of one who has it; else 0 */
 };
 
 enum job_state { JOB_WAITING, JOB_SURVEYING, JOB_RUNNING, JOB_DONE, JOB_FAILED };
@@ -37,17 +60,20 @@ struct job_snapshot {
     double samples;         /* a pixel: the number asked for, else the mean of the rows done; 0: not known yet */
     uint32_t samples_max;   /* no pixel gets more */
     double error;           /* RMSE asked for; 0: none was */
-    double rmse;            /* of what was rendered, estimated; NAN: unknown, as long as it is not done */
+    double rmse;            /* of the rows done, estimated; NAN: unknown */
     uint32_t rows_done, rows_in_work;
     uint64_t rays;
     double elapsed_seconds;   /* since its first band was handed out */
-    double remaining_seconds; /* an estimate; negative: unknown yet */
+    double remaining_seconds; /* an estimate (forecast.h); negative: unknown yet */
+    size_t stretch_count;
+    const struct stretch_snapshot *stretches; /* the whole picture from the top; rows being surveyed are in work too */
 };
 
 struct snapshot {
     double elapsed_seconds; /* since the command began */
     double rays_per_second; /* over the last few seconds, all workers */
     uint64_t rays;          /* all jobs */
+    uint32_t refused;       /* how often a worker asked to join and was not let in */
     size_t job_count, worker_count;
     const struct job_snapshot *jobs; /* in the order of the command */
     const struct worker_snapshot *workers; /* in the order of joining, those that are gone included */

@@ -13,6 +13,13 @@ every() {
         for my $line (@lines) { local $_ = decode_json($line); eval "no warnings; $test" or die "not so: $line" }' "$1" "$2" 2>&1
 }
 
+# as_promised NAME FILE: each of its lines is what the schema says.
+as_promised() {
+    local said
+    said=$(perl tests/farm/as_promised.pl coordinator/snapshot.schema.json "$2" lines 2>&1)
+    report $? "$1" || note "$said"
+}
+
 # holds NAME FILE EXPRESSION
 holds() {
     local said
@@ -24,16 +31,21 @@ exits 0 "a render with --progress json" "$weft" render "${slow[@]}" --progress j
 cp "$tmp/run.out" "$tmp/all.json"
 tail -n 1 "$tmp/all.json" >"$tmp/last.json"
 head -n 1 "$tmp/all.json" >"$tmp/first.json"
-holds "every line is a JSON object with the promised members" "$tmp/all.json" \
-    'join(" ", sort keys %$_) eq "elapsed jobs rays rays_per_second workers"'
-holds "with one job" "$tmp/all.json" '@{$_->{jobs}} == 1 and join(" ", sort keys %{$_->{jobs}[0]}) eq
-    "elapsed error height output rays remaining rmse rows_done rows_in_work samples samples_max scene state width"'
+as_promised "every line is a JSON object with the promised members" "$tmp/all.json"
+holds "with one job" "$tmp/all.json" '@{$_->{jobs}} == 1'
 holds "whose scene and output are named" "$tmp/all.json" "\$_->{jobs}[0]{scene} eq '${slow[0]}' and
     \$_->{jobs}[0]{output} eq '$picture' and \$_->{jobs}[0]{width} == 160 and \$_->{jobs}[0]{height} == $slow_rows"
 holds "whose rows are those of the picture" "$tmp/all.json" \
     "\$_->{jobs}[0]{rows_done} + \$_->{jobs}[0]{rows_in_work} <= $slow_rows"
-holds "and whose workers, if any, are described in full" "$tmp/all.json" '!grep { join(" ", sort keys %$_) ne
-    "bands_done bands_held host kernel number pid rays rays_per_second rows_done state threads" } @{$_->{workers}}'
+holds "of bands from the top without gaps" "$tmp/all.json" "my \$next = 0; !grep({ my \$gap = \$_->{first_row} != \$next;
+    \$next = \$_->{first_row} + \$_->{rows}; \$gap || !\$_->{rows} } @{\$_->{jobs}[0]{bands}}) && \$next == $slow_rows"
+holds "which are as many rows done as it says" "$tmp/all.json" 'my $j = $_->{jobs}[0]; my %rows;
+    $rows{$_->{state}} += $_->{rows} for @{$j->{bands}};
+    ($rows{"done"} // 0) == $j->{rows_done} && ($rows{"in work"} // 0) == $j->{rows_in_work}'
+holds "each in work by a worker that is there" "$tmp/all.json" 'my %there = map { ($_->{number} => 1) }
+    grep { $_->{state} ne "gone" } @{$_->{workers}}; !grep { ($_->{state} eq "in work") != ($there{$_->{worker} // 0} // 0) }
+    @{$_->{jobs}[0]{bands}}'
+holds "nobody is in trouble" "$tmp/all.json" '$_->{refused} == 0 && !grep { defined $_->{trouble} } @{$_->{workers}}'
 holds "nothing goes backwards" "$tmp/all.json" 'my $j = $_->{jobs}[0]; my $back = $j->{rows_done} < $main::rows ||
     $_->{elapsed} < $main::elapsed; ($main::rows, $main::elapsed) = ($j->{rows_done}, $_->{elapsed}); !$back'
 holds "the first line is early" "$tmp/first.json" "\$_->{jobs}[0]{rows_done} < $slow_rows and \$_->{jobs}[0]{state} ne 'done'"
@@ -49,6 +61,7 @@ exits 0 "a render that is to meet an error" \
     "$weft" render "$scenes/glass.json" --size 96x54 --error 0.01 --progress json --workers 2 -o "$picture"
 cp "$tmp/run.out" "$tmp/error.json"
 tail -n 1 "$tmp/error.json" >"$tmp/last.json"
+as_promised "is told as promised, of its survey too" "$tmp/error.json"
 holds "says on every line which, and what pixels may take" "$tmp/error.json" \
     '$_->{jobs}[0]{error} == 0.01 and $_->{jobs}[0]{samples_max} == 1024'
 holds "begins with its survey" "$tmp/error.json" \
@@ -68,7 +81,19 @@ start ended "$weft" render "${slow[@]}" --samples 800 --band 1 --progress json -
 wait_until "has_rows ended 1" 30
 kill -TERM "$pid"
 ends 143 "an interrupted render" "$pid" 5 ended
-holds "has whole lines only" "$tmp/ended.out" '$_->{jobs}[0]{state} ne "done"'
+as_promised "has whole lines only" "$tmp/ended.out"
+holds "and does not say that it was done" "$tmp/ended.out" '$_->{jobs}[0]{state} ne "done"'
+
+start lost "$weft" render "${slow[@]}" --samples 800 --band 1 --workers 2 --progress json --no-resume -o "$picture"
+wait_until "has_rows lost 1" 30
+kill -KILL "$(processes weft-worker "$pid" | head -n 1)"
+wait_until "grep -q '\"gone\".*\"trouble\":\"lost\"' '$tmp/lost.out'" 30
+kill -TERM "$pid"
+ends 143 "a render that loses a worker" "$pid" 5 lost
+as_promised "is told as promised" "$tmp/lost.out"
+tail -n 1 "$tmp/lost.out" >"$tmp/last.json"
+holds "with its trouble" "$tmp/last.json" 'join(" ", grep { $_ } map { $_->{trouble} } grep { $_->{state} eq "gone" }
+    @{$_->{workers}}) =~ /^lost/'
 
 # --- nothing --------------------------------------------------------------------------------------------------
 exits 0 "a quiet render" "$weft" render "${brief[@]}" -q -o "$picture"
@@ -115,7 +140,8 @@ else
     for columns in 80 40; do
         on_terminal $columns
         is "on a terminal of $columns columns the render ends well" "$status" 0
-        like "a bar is drawn" "$(cat "$tmp/terminal")" '█.* [0-9]+ %'
+        like "a strip is drawn" "$(cat "$tmp/terminal")" '[█▒░1]{20}'
+        like "and how far it is" "$(cat "$tmp/terminal")" '[0-9]+ %'
         # What is left is what would be there had no bar been drawn: log lines and the result, wrapped.
         left=$(screen $columns <"$tmp/terminal" | tr -d '\n')
         like "the result is left on the screen" "$left" 'a\.png: ?160×90, '

@@ -124,7 +124,11 @@ static void check_peer(const struct peer *peer)
     struct action grant;
     if (coordinator.ending) /* the scheduler is told nothing any more */
         return;
-    require(!peer->gone || peer->incoming_count == 0, "worker %u is gone and results of it are kept", peer->number);
+    require(!peer->gone || (peer->incoming_count == 0 && peer->held_count == 0), "worker %u is gone and holds bands",
+            peer->number);
+    for (size_t i = 0; i < peer->held_count; i++)
+        require(scheduler_lease(scheduler, peer->number, peer->held[i].lease, &grant),
+                "worker %u holds a band of which the scheduler does not know", peer->number);
     for (size_t i = 0; i < peer->incoming_count; i++)
         require(scheduler_lease(scheduler, peer->number, peer->incoming[i].lease, &grant),
                 "results are kept that worker %u does not owe", peer->number);
@@ -137,6 +141,35 @@ static void check_rest(void)
     require(d->peer_count <= coordinator.hellos, "%zu workers of %u HELLOs", d->peer_count, coordinator.hellos);
     for (size_t i = 0; i < d->peer_count; i++)
         check_peer(&d->peers[i]);
+}
+
+/* What is shown of a job agrees with itself: its stretches are the picture, from the top without gaps. */
+static void check_shown(const struct job_snapshot *job)
+{
+    uint32_t next = 0, rows[] = {[STRETCH_WAITING] = 0, [STRETCH_IN_WORK] = 0, [STRETCH_DONE] = 0};
+    for (size_t i = 0; i < job->stretch_count; i++) {
+        const struct stretch_snapshot *stretch = &job->stretches[i];
+        require(stretch->first_row == next && stretch->rows > 0, "a stretch begins at row %u, not %u", stretch->first_row,
+                next);
+        next += stretch->rows;
+        rows[stretch->state] += stretch->rows;
+    }
+    require(next == job->height, "stretches of %u rows are shown of %u", next, job->height);
+    require(rows[STRETCH_DONE] == job->rows_done, "%u rows are shown as done, not %u", rows[STRETCH_DONE], job->rows_done);
+    require(job->state != JOB_RUNNING || rows[STRETCH_IN_WORK] == job->rows_in_work,
+            "%u rows are shown in work, not %u", rows[STRETCH_IN_WORK], job->rows_in_work);
+    require(job->remaining_seconds == -1 || (job->remaining_seconds >= 0 && job->remaining_seconds < 1e9),
+            "%g seconds are said to remain", job->remaining_seconds);
+}
+
+/* Now and then, without a draw, which would change the history. */
+static void check_snapshot(void)
+{
+    if (history.now_ms % 8 != 0)
+        return;
+    struct snapshot snapshot = dispatcher_snapshot(coordinator.dispatcher, history.now_ms);
+    for (size_t i = 0; i < snapshot.job_count; i++)
+        check_shown(&snapshot.jobs[i]);
 }
 
 static void hear(const struct packet *packet, size_t from)
@@ -193,6 +226,7 @@ static void coordinator_turn(void)
     if (dispatcher_take_need_of_trusted(coordinator.dispatcher))
         start_judge();
     check_rest();
+    check_snapshot();
     require(dispatcher_deadline(coordinator.dispatcher) > history.now_ms, "the dispatcher's deadline is past");
 }
 

@@ -139,6 +139,47 @@ static void test_rays_backwards(void **state)
     assert_true(peer.rays_per_second > 0);
 }
 
+/* --- bands ------------------------------------------------------------------------------------------------ */
+
+static void give(uint64_t lease, uint32_t first_row, int64_t now_ms)
+{
+    peer_give_band(&peer, &(struct held_band){lease, 0, PASS_RENDER, first_row, 4}, now_ms);
+}
+
+static double answer(uint32_t first_row, int64_t now_ms)
+{
+    return peer_answer_band(&peer, 0, PASS_RENDER, first_row, now_ms);
+}
+
+/* All of its threads work on what it was given first, and begin when that comes or what was before it is done. */
+static void test_work(void **state)
+{
+    (void)state;
+    peer.threads = 3;
+    give(1, 0, 1000);
+    give(2, 4, 1000);
+    give(3, 8, 1050);
+    assert_true(answer(0, 1100) == 300);
+    assert_true(answer(8, 1110) == 30); /* out of turn: there was work on both */
+    assert_true(answer(4, 1130) == 60);
+    assert_int_equal(peer.held_count, 0);
+    give(4, 12, 5000);
+    assert_true(answer(12, 5010) == 30);
+}
+
+static void test_work_on_a_revoked_band_is_lost(void **state)
+{
+    (void)state;
+    peer.threads = 1;
+    for (uint32_t i = 0; i < 3; i++)
+        give(i, 4 * i, 0);
+    peer_revoke_band(&peer, 1, 50);
+    peer_revoke_band(&peer, 0, 70);
+    peer_revoke_band(&peer, 99, 80); /* unknown */
+    assert_int_equal(peer.held_count, 1);
+    assert_true(answer(8, 100) == 30);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -149,6 +190,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_drop, start, finish),
         cmocka_unit_test_setup_teardown(test_rate, start, finish),
         cmocka_unit_test_setup_teardown(test_rays_backwards, start, finish),
+        cmocka_unit_test_setup_teardown(test_work, start, finish),
+        cmocka_unit_test_setup_teardown(test_work_on_a_revoked_band_is_lost, start, finish),
     };
     return cmocka_run_group_tests_name("peer", tests, NULL, NULL);
 }

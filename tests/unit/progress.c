@@ -76,12 +76,15 @@ static void test_block_in_full(void **state)
     (void)state;
     struct farm farm;
     farm_init(&farm, 1, 3);
+    farm.workers[2].trouble = TROUBLE_LOST;
     assert_string_equal(block_of(&farm, 85, 24),
                         "showcase.json → showcase.png  1920 × 1080, 16 samples\n"
-                        "███████████████████▒▒▒▒▒░░░░░░░░░░░░░░░░░░░░  45 %   0:12   0:15 left   3.1 M rays/s\n"
+                        "█████████████████████████████████11111████bbbbb"
+                        "░░░░░░░░░░░░░░░░░░░░░░░░░░░░░░░░░░░░░\n"
+                        " 45 %   0:12   0:15 left   3.1 M rays/s  RMSE 0.00471\n"
                         "  1  localhost    1 thread   avx512     1 band   12.3 M rays/s  working\n"
                         "  2  münchen      2 threads  avx2       2 bands  12.3 M rays/s  idle\n"
-                        "  3  計算機-01    3 threads  avx512     3 bands  12.3 M rays/s  working\n");
+                        "  3  計算機-01    3 threads  avx512     3 bands  12.3 M rays/s  working, was lost\n");
 }
 
 static void test_block_narrow(void **state)
@@ -90,7 +93,8 @@ static void test_block_narrow(void **state)
     struct farm farm;
     farm_init(&farm, 1, 3);
     assert_string_equal(block_of(&farm, 21, 24), "showcase… → showcas…\n"
-                                                 "██████▒░░░░░░░  45 %\n"
+                                                 "████████1█b░░░░░░░░░\n"
+                                                 " 45 %   0:12\n"
                                                  "  1  loca…  working\n"
                                                  "  2  münc…  idle\n"
                                                  "  3  計算…  working\n");
@@ -101,18 +105,23 @@ static void test_many_workers_are_capped(void **state)
     (void)state;
     struct farm farm;
     farm_init(&farm, 1, WORKERS);
-    const char *text = block_of(&farm, 80, 11);
-    assert_int_equal(count_lines(text), 9);
+    const char *text = block_of(&farm, 80, 12);
+    assert_int_equal(count_lines(text), 10);
     assert_holds(text, "\n  6  ");
     assert_holds(text, "\n… and 94 more\n");
-    assert_holds(block_of(&farm, 80, WORKERS + 4), "\n100  ");
+    assert_holds(block_of(&farm, 80, WORKERS + 5), "\n100+ ");
+    assert_holds(block_of(&farm, 80, WORKERS + 5), "\n 11b ");
 
     farm.workers[0].state = WORKER_GONE;
-    text = block_of(&farm, 80, 11);
+    farm.workers[0].trouble = TROUBLE_STUCK;
+    text = block_of(&farm, 80, 12);
     assert_lacks(text, "\n  1  ");
     assert_holds(text, "\n  7  ");
     assert_holds(text, "\n… and 93 more, 1 gone\n");
-    assert_holds(block_of(&farm, 80, WORKERS + 4), "gone\n");
+    assert_holds(block_of(&farm, 80, WORKERS + 5), "gone: stuck\n");
+    farm.snapshot.refused = 2;
+    assert_holds(block_of(&farm, 80, 12), "\n… and 93 more, 1 gone, 2 refused\n");
+    assert_holds(block_of(&farm, 80, WORKERS + 6), "\n… 2 refused\n");
 }
 
 static void test_no_worker(void **state)
@@ -124,6 +133,8 @@ static void test_no_worker(void **state)
     const char *text = block_of(&farm, 80, 24);
     assert_holds(text, "\nno worker yet\n");
     assert_holds(text, "0:13     waiting"); /* the command's own time: the job's does not run yet */
+    farm.snapshot.refused = 1;
+    assert_holds(block_of(&farm, 80, 24), "\nno worker yet, 1 refused\n");
 }
 
 static void test_an_error_asked_for(void **state)
@@ -138,7 +149,8 @@ static void test_an_error_asked_for(void **state)
     farm.jobs[0].samples = 0;
     farm.jobs[0].rows_done = 0;
     assert_holds(block_of(&farm, 85, 24), "  1920 × 1080, error 0.0025\n");
-    assert_holds(block_of(&farm, 85, 24), "   0 %   0:12   surveying   3.1 M rays/s\n");
+    farm.jobs[0].rmse = NAN;
+    assert_holds(block_of(&farm, 85, 24), "\n  0 %   0:12   surveying   3.1 M rays/s\n");
     assert_string_equal(line_of(&farm), "weft: showcase.json: surveying, 12 s elapsed, 3.1 M rays/s, 1 worker\n");
 }
 
@@ -176,15 +188,60 @@ static void test_percent_is_100_only_when_done(void **state)
     for (farm.jobs[0].rows_done = 0; farm.jobs[0].rows_done <= 1080; farm.jobs[0].rows_done++) {
         char want[16];
         unsigned percent = farm.jobs[0].rows_done * 100 / 1080;
-        snprintf(want, sizeof want, " %u %%", percent < 99 ? percent : 99);
+        snprintf(want, sizeof want, "%3u %%", percent < 99 ? percent : 99);
         assert_holds(block_of(&farm, 80, 24), want);
     }
     farm.jobs[0].state = JOB_DONE;
-    assert_holds(block_of(&farm, 80, 24), " 100 %");
-    assert_lacks(block_of(&farm, 80, 24), "░");
+    assert_holds(block_of(&farm, 80, 24), "\n100 %");
     farm.jobs[0].state = JOB_FAILED;
-    assert_holds(block_of(&farm, 80, 24), " 99 %");
+    assert_holds(block_of(&farm, 80, 24), "\n 99 %");
     assert_holds(block_of(&farm, 80, 24), "failed");
+}
+
+/* --- the strip -------------------------------------------------------------------------------------------- */
+
+/* The strip of a picture of so many rows of which these are done, in work, done, in work and to come. */
+static const char *strip_of(const uint32_t rows[STRETCHES], const uint32_t workers[STRETCHES], size_t columns)
+{
+    static char strip[4096];
+    struct farm farm;
+    uint32_t row = 0;
+    farm_init(&farm, 1, 0);
+    for (size_t i = 0; i < STRETCHES; i++) {
+        farm.stretches[i].first_row = row;
+        farm.stretches[i].rows = rows[i];
+        farm.stretches[i].worker = workers[i];
+        row += rows[i];
+    }
+    farm.jobs[0].height = row;
+    const char *text = strchr(block_of(&farm, columns, 24), '\n') + 1;
+    memcpy(strip, text, strcspn(text, "\n"));
+    strip[strcspn(text, "\n")] = '\0';
+    return strip;
+}
+
+static void test_strip(void **state)
+{
+    (void)state;
+    static const uint32_t workers[] = {0, 9, 0, 35, 0};
+    assert_string_equal(strip_of((uint32_t[]){2, 1, 1, 2, 4}, workers, 11), "██9█zz░░░░");
+    assert_string_equal(strip_of((uint32_t[]){2, 1, 1, 2, 4}, workers, 21), "████99██zzzz░░░░░░░░");
+    assert_string_equal(strip_of((uint32_t[]){3, 1, 4, 1, 3}, workers, 7), "█9██z░");
+    assert_string_equal(strip_of((uint32_t[]){65527, 2, 2, 2, 2}, workers, 5), "███z");
+    static const uint32_t many[] = {0, 36, 0, 4000000000, 0};
+    assert_string_equal(strip_of((uint32_t[]){1, 1, 1, 1, 1}, many, 6), "█+█+░");
+}
+
+static void test_strip_of_partly_done_rows(void **state)
+{
+    (void)state;
+    struct farm farm;
+    farm_init(&farm, 1, 0);
+    farm.jobs[0].height = 40;
+    farm.stretches[0] = (struct stretch_snapshot){0, 5, STRETCH_DONE, 0};
+    farm.stretches[1] = (struct stretch_snapshot){5, 35, STRETCH_WAITING, 0};
+    farm.jobs[0].stretch_count = 2;
+    assert_holds(block_of(&farm, 11, 24), "\n█▒░░░░░░░░\n");
 }
 
 /* --- figures ---------------------------------------------------------------------------------------------- */
@@ -300,7 +357,7 @@ static void test_hostile_names(void **state)
     const char *text = block_of(&farm, 100, 24);
     assert_lacks(text, "\033");
     assert_lacks(text, "\r");
-    assert_int_equal(count_lines(text), 3);
+    assert_int_equal(count_lines(text), 4);
 }
 
 int main(void)
@@ -315,6 +372,8 @@ int main(void)
         cmocka_unit_test(test_several_jobs),
         cmocka_unit_test(test_no_jobs),
         cmocka_unit_test(test_percent_is_100_only_when_done),
+        cmocka_unit_test(test_strip),
+        cmocka_unit_test(test_strip_of_partly_done_rows),
         cmocka_unit_test(test_times),
         cmocka_unit_test(test_rates),
         cmocka_unit_test(test_plain_line),

@@ -8,13 +8,14 @@
 
 #include "coordinator/snapshot.h"
 
-enum { WORKERS = 100, JOBS = 5 };
+enum { WORKERS = 100, JOBS = 5, STRETCHES = 5 };
 
 /* A farm at work; tests change what they are about. */
 struct farm {
     struct snapshot snapshot;
     struct job_snapshot jobs[JOBS];
     struct worker_snapshot workers[WORKERS];
+    struct stretch_snapshot stretches[STRETCHES]; /* of the first job */
 };
 
 static inline struct job_snapshot job_of(const char *scene, const char *output, enum job_state state,
@@ -49,6 +50,14 @@ static inline void farm_init(struct farm *farm, size_t jobs, size_t workers)
         farm->jobs[i] = job_of("scenes/showcase.json", "showcase.png", JOB_WAITING, 0);
     farm->jobs[0].state = JOB_RUNNING;
     farm->jobs[0].rows_done = 486;
+    farm->jobs[0].rmse = 0.00471;
+    farm->stretches[0] = (struct stretch_snapshot){0, 432, STRETCH_DONE, 0};
+    farm->stretches[1] = (struct stretch_snapshot){432, 54, STRETCH_IN_WORK, 1};
+    farm->stretches[2] = (struct stretch_snapshot){486, 54, STRETCH_DONE, 0};
+    farm->stretches[3] = (struct stretch_snapshot){540, 54, STRETCH_IN_WORK, 11};
+    farm->stretches[4] = (struct stretch_snapshot){594, 486, STRETCH_WAITING, 0};
+    farm->jobs[0].stretch_count = STRETCHES;
+    farm->jobs[0].stretches = farm->stretches;
     for (size_t i = 0; i < workers; i++) {
         farm->workers[i] = (struct worker_snapshot){.number = (uint32_t)i + 1,
                                                     .host = hosts[i % 4],

@@ -51,13 +51,16 @@ static void test_json_members(void **state)
     struct farm farm;
     farm_init(&farm, 2, 3);
     farm.jobs[1].remaining_seconds = -1;
+    farm.workers[1].trouble = TROUBLE_MISFIT;
+    farm.snapshot.refused = 7;
     cJSON *json = json_of(&farm);
-    assert_keys(json, "elapsed rays rays_per_second jobs workers");
+    assert_keys(json, "elapsed rays rays_per_second refused jobs workers");
+    assert_int_equal(member(json, "refused")->valuedouble, 7);
     assert_int_equal(cJSON_GetArraySize(member(json, "jobs")), 2);
     assert_int_equal(cJSON_GetArraySize(member(json, "workers")), 3);
     const cJSON *job = cJSON_GetArrayItem(member(json, "jobs"), 0);
     assert_keys(job, "scene output state width height samples_max samples error rmse rows_done rows_in_work rays"
-                     " elapsed remaining");
+                     " elapsed remaining bands");
     assert_string_equal(member(job, "scene")->valuestring, "scenes/showcase.json");
     assert_string_equal(member(job, "state")->valuestring, "running");
     assert_int_equal(member(job, "rays")->valuedouble, 36000000);
@@ -65,14 +68,37 @@ static void test_json_members(void **state)
     assert_int_equal(member(job, "samples_max")->valuedouble, 16);
     assert_int_equal(member(job, "samples")->valuedouble, 16);
     assert_true(cJSON_IsNull(member(job, "error")));
-    assert_true(cJSON_IsNull(member(job, "rmse")));
+    assert_true(member(job, "rmse")->valuedouble == 0.00471);
+    assert_true(cJSON_IsNull(member(cJSON_GetArrayItem(member(json, "jobs"), 1), "rmse")));
     assert_true(cJSON_IsNull(member(cJSON_GetArrayItem(member(json, "jobs"), 1), "remaining")));
     const cJSON *worker = cJSON_GetArrayItem(member(json, "workers"), 1);
     assert_keys(worker,
-                "number host pid threads kernel state bands_held bands_done rows_done rays rays_per_second");
+                "number host pid threads kernel state bands_held bands_done rows_done rays rays_per_second"
+                " trouble");
+    assert_string_equal(member(worker, "trouble")->valuestring, "wrong result");
+    assert_true(cJSON_IsNull(member(cJSON_GetArrayItem(member(json, "workers"), 0), "trouble")));
     assert_string_equal(member(worker, "host")->valuestring, "münchen");
     assert_string_equal(member(worker, "state")->valuestring, "idle");
     assert_int_equal(member(worker, "pid")->valuedouble, 4000);
+    cJSON_Delete(json);
+}
+
+static void test_json_bands(void **state)
+{
+    (void)state;
+    struct farm farm;
+    farm_init(&farm, 1, 1);
+    cJSON *json = json_of(&farm);
+    const cJSON *bands = member(cJSON_GetArrayItem(member(json, "jobs"), 0), "bands");
+    assert_int_equal(cJSON_GetArraySize(bands), STRETCHES);
+    assert_keys(cJSON_GetArrayItem(bands, 3), "first_row rows state worker");
+    assert_int_equal(member(cJSON_GetArrayItem(bands, 3), "first_row")->valuedouble, 540);
+    assert_int_equal(member(cJSON_GetArrayItem(bands, 3), "rows")->valuedouble, 54);
+    assert_string_equal(member(cJSON_GetArrayItem(bands, 3), "state")->valuestring, "in work");
+    assert_int_equal(member(cJSON_GetArrayItem(bands, 3), "worker")->valuedouble, 11);
+    assert_string_equal(member(cJSON_GetArrayItem(bands, 0), "state")->valuestring, "done");
+    assert_string_equal(member(cJSON_GetArrayItem(bands, 4), "state")->valuestring, "waiting");
+    assert_true(cJSON_IsNull(member(cJSON_GetArrayItem(bands, 4), "worker")));
     cJSON_Delete(json);
 }
 
@@ -128,6 +154,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_json_members),
+        cmocka_unit_test(test_json_bands),
         cmocka_unit_test(test_json_of_an_error),
         cmocka_unit_test(test_json_strings),
         cmocka_unit_test(test_json_empty),

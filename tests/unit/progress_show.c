@@ -232,18 +232,18 @@ static void test_block_is_redrawn_in_place(void **state)
     progress_update(progress, &farm.snapshot, 0);
     screen_read(&screen);
     assert_row(&screen, 0, "showcase.json * showcase.png  1920 * 1080, 16 samples");
-    assert_row(&screen, 4, "  3  ");
-    assert_blank_from(&screen, 5);
+    assert_row(&screen, 5, "  3  ");
+    assert_blank_from(&screen, 6);
     assert_int_equal(progress_wait_ms(progress, 0), 100);
     farm.snapshot.worker_count = 1;
     farm.jobs[0].scene = "b.json";
     progress_update(progress, &farm.snapshot, 99); /* too early */
     screen_read(&screen);
-    assert_row(&screen, 4, "  3  ");
+    assert_row(&screen, 5, "  3  ");
     progress_update(progress, &farm.snapshot, 100);
     screen_read(&screen);
     assert_row(&screen, 0, "b.json * showcase.png  1920 * 1080, 16 samples       ");
-    assert_blank_from(&screen, 3);
+    assert_blank_from(&screen, 4);
     progress_finish(progress, &farm.snapshot, 110);
     screen_read(&screen);
     assert_blank_from(&screen, 0);
@@ -267,19 +267,19 @@ static void test_log_scrolls_above(void **state)
     assert_row(&screen, 0, "weft: warning: before");
     assert_row(&screen, 2, "weft: warning: second ");
     assert_row(&screen, 3, "showcase.json");
-    assert_blank_from(&screen, 7);
+    assert_blank_from(&screen, 8);
     for (int i = 0; i < 10; i++)
         log_warning("line %d", i);
     progress_update(progress, &farm.snapshot, 100);
     screen_read(&screen);
-    assert_row(&screen, 6, "weft: warning: line 9 ");
-    assert_row(&screen, 7, "showcase.json");
+    assert_row(&screen, 5, "weft: warning: line 9 ");
+    assert_row(&screen, 6, "showcase.json");
     assert_row(&screen, 10, "  2  ");
     progress_destroy(&progress); /* as after an interrupt, without a last snapshot */
     log_warning("after");
     screen_read(&screen);
-    assert_row(&screen, 7, "weft: warning: after ");
-    assert_blank_from(&screen, 8);
+    assert_row(&screen, 6, "weft: warning: after ");
+    assert_blank_from(&screen, 7);
     screen_finish(&screen);
 }
 
@@ -310,15 +310,42 @@ static void test_narrowing_leaves_no_junk(void **state)
     progress_update(progress, &farm.snapshot, 0);
     screen_read(&screen);
     screen_resize(&screen, 50);
-    assert_int_equal(screen_wrap(&screen, 50), 2); /* the title and the bar */
-    progress_update(progress, &farm.snapshot, 100);
+    assert_int_equal(screen_wrap(&screen, 50), 3); /* the title, the strip and the figures */
+    progress_disturb(progress, false);
+    assert_int_equal(progress_wait_ms(progress, 1), 0);
+    progress_update(progress, &farm.snapshot, 1);
     screen_read(&screen);
     assert_row(&screen, 0, "weft: warning: kept");
     assert_row(&screen, 1, "showcase.json");
-    assert_blank_from(&screen, 6);
+    assert_blank_from(&screen, 7);
     progress_destroy(&progress);
     screen_read(&screen);
     assert_blank_from(&screen, 1);
+    screen_finish(&screen);
+}
+
+/* A shell, say, has written below the block while we were stopped: that stays, and so does the block. */
+static void test_being_stopped(void **state)
+{
+    (void)state;
+    struct farm farm;
+    struct screen screen;
+    farm_init(&farm, 1, 0);
+    screen_init(&screen);
+    struct progress *progress = progress_create(PROGRESS_BAR, screen.terminal);
+    progress_update(progress, &farm.snapshot, 0);
+    assert_int_equal(write(fileno(screen.terminal), "$ fg\r\n", 6), 6);
+    progress_disturb(progress, true);
+    progress_update(progress, &farm.snapshot, 1);
+    screen_read(&screen);
+    assert_row(&screen, 0, "showcase.json");
+    assert_row(&screen, 3, "no worker yet");
+    assert_row(&screen, 4, "$ fg");
+    assert_row(&screen, 5, "showcase.json");
+    assert_blank_from(&screen, 9);
+    progress_destroy(&progress);
+    screen_read(&screen);
+    assert_blank_from(&screen, 5);
     screen_finish(&screen);
 }
 
@@ -348,6 +375,7 @@ int main(void)
         cmocka_unit_test(test_block_is_redrawn_in_place),
         cmocka_unit_test(test_log_scrolls_above),
         cmocka_unit_test(test_narrowing_leaves_no_junk),
+        cmocka_unit_test(test_being_stopped),
         cmocka_unit_test(test_auto_mode),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
