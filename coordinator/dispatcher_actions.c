@@ -3,7 +3,6 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/log.h"
 #include "base/memory.h"
@@ -60,9 +59,19 @@ void dispatcher_fail_job(struct dispatcher *d, struct render_job *job, enum stat
     d->error = *error;
 }
 
+/* What an honest worker asks for, and as much again. */
+static uint64_t asset_allowance(const struct render_job *job)
+{
+    uint64_t bytes = job->manifest.size;
+    for (size_t i = 0; i < job->assets.count; i++)
+        bytes += job->assets.assets[i].bytes.size;
+    return 2 * bytes;
+}
+
 static void announce(struct dispatcher *d, const struct action *action)
 {
     const struct render_job *job = d->jobs[action->job];
+    dispatcher_peer(d, action->worker)->asset_allowance += asset_allowance(job);
     dispatcher_send_peer(d, dispatcher_peer(d, action->worker), (struct message){.kind = MESSAGE_JOB, .job = {
         .job = action->job, .manifest = job->manifest_digest, .manifest_bytes = job->manifest.size,
         .settings = job->settings}});
@@ -96,6 +105,8 @@ static void grant(struct dispatcher *d, const struct action *action)
 static void end_survey(struct dispatcher *d, const struct action *action)
 {
     struct render_job *job = d->jobs[action->job];
+    if (d->status != STATUS_OK)
+        return;
     start_job(d, action->job, PASS_RENDER);
     render_job_end_survey(job);
     job->state = JOB_RUNNING;
@@ -129,7 +140,8 @@ static void complete_job(struct dispatcher *d, const struct action *action)
     render_job_finish_output(job, d->config.bell);
     d->writing = memory_grow(d->writing, &d->writing_capacity, d->writing_count + 1, sizeof(struct render_job *));
     d->writing[d->writing_count++] = job;
-    dispatcher_take_written(d);
+    if (d->config.bell < 0)
+        dispatcher_take_written(d);
 }
 
 static void give_up(struct dispatcher *d, const struct action *action)
@@ -164,7 +176,7 @@ static void expel(struct dispatcher *d, const struct action *action)
     peer->trouble = action->liar ? TROUBLE_LIAR : action->stuck ? TROUBLE_STUCK : TROUBLE_SILENT;
     peer->failed |= action->stuck;
     peer_finish(peer);
-    if (strcmp(peer->host, d->config.host) != 0)
+    if (!peer->address.own) /* whatever host and process it says that it is */
         return;
     d->expelled = memory_grow(d->expelled, &d->expelled_capacity, d->expelled_count + 1, sizeof *d->expelled);
     d->expelled[d->expelled_count++] = peer->pid;

@@ -23,17 +23,40 @@ static void settle(struct dispatcher *d, const struct action *audit)
                                        .first_row = audit->first_row}, NULL);
 }
 
+/* All its rows are there, and it has its name or is about to get it. */
+static bool is_complete(const struct dispatcher *d, const struct render_job *job)
+{
+    bool writing = false;
+    for (size_t i = 0; i < d->writing_count; i++)
+        writing |= d->writing[i] == job;
+    return writing || job->state == JOB_DONE;
+}
+
 /* Pictures that are complete cannot be mended any more; the command must not end as if all were well. */
 static void doubt_done(struct dispatcher *d, uint32_t worker, const char *who)
 {
     for (size_t i = 0; i < d->job_count; i++) {
         const struct render_job *job = d->jobs[i];
-        if (job->state != JOB_DONE || !render_job_relies_on(job, worker))
+        if (!is_complete(d, job) || !render_job_relies_on(job, worker))
             continue;
         log_warning("%s: holds rows of %s, and was complete before that was found", job->output_path, who);
         if (d->doubtful.text[0] == '\0')
             error_set(&d->doubtful, STATUS_FAILED, "%s: holds rows of %s, which returned wrong ones later; render it again",
                       job->output_path, who);
+    }
+}
+
+/* In the journals at once, so that no later run believes what this one has not yet taken back. */
+static void disown(struct dispatcher *d, uint32_t worker)
+{
+    for (size_t i = 0; i < d->job_count; i++) {
+        struct render_job *job = d->jobs[i];
+        struct error error;
+        if (!render_job_is_open(job) || is_complete(d, job))
+            continue;
+        enum status status = render_job_disown(job, worker, &error);
+        if (status != STATUS_OK)
+            dispatcher_fail_job(d, job, status, &error);
     }
 }
 
@@ -47,11 +70,12 @@ static void leave_out(struct dispatcher *d, uint32_t worker)
         peer->lied = true;
     }
     doubt_done(d, worker, who);
+    disown(d, worker);
     dispatcher_tell(d, &(struct event){.kind = EVENT_LIAR, .worker = worker}, NULL);
 }
 
 /* With a liar goes its machine: it may have joined more than once, and what made one process compute wrong bytes is
- * likely to do the same to the next. */
+ * likely to do the same to the next. Rows that an earlier run had may be of it too: nobody knows whose they are. */
 static void leave_out_machine(struct dispatcher *d, uint32_t worker)
 {
     for (size_t i = 0; i < d->peer_count; i++) {
@@ -59,6 +83,11 @@ static void leave_out_machine(struct dispatcher *d, uint32_t worker)
         if (!peer->lied && !peer->address.own && strcmp(peer->host, dispatcher_peer(d, worker)->host) == 0)
             leave_out(d, peer->number);
     }
+    for (size_t i = 0; i < d->job_count; i++)
+        if (d->jobs[i]->kept_count > 0) {
+            leave_out(d, 0);
+            return;
+        }
 }
 
 static void expose(struct dispatcher *d, uint32_t worker, const struct action *audit)
@@ -82,7 +111,8 @@ static void expose(struct dispatcher *d, uint32_t worker, const struct action *a
 /* Two workers of this machine do not agree: then nobody can be believed. */
 static void give_up(struct dispatcher *d, const struct action *audit)
 {
-    struct error error;
+    struct error error, ignored;
+    render_job_restart(d->jobs[audit->job], &ignored); /* so that the next run believes nothing of it */
     error_set(&error, STATUS_FAILED,
               "%s: workers %u and %u, both of this machine, returned different bytes for rows %u to %u%s; its memory or "
               "processor may be faulty", d->jobs[audit->job]->scene_path, audit->about, audit->worker, audit->first_row,
@@ -154,7 +184,7 @@ void dispatcher_undo(struct dispatcher *d, const struct action *action)
     struct render_job *job = d->jobs[action->job];
     struct error error;
     audit_drop(&d->audit, action->job, action->pass, action->first_row);
-    enum status status = render_job_undo(job, action->first_row, &error);
+    enum status status = render_job_undo(job, action->first_row, &error); /* the journal knows */
     if (status != STATUS_OK)
         dispatcher_fail_job(d, job, status, &error);
     dispatcher_begin_forecast(d, action->job);

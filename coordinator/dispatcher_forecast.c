@@ -43,7 +43,7 @@ static uint32_t threads_at_work(const struct dispatcher *d)
     return threads;
 }
 
-/* As how many bands so many rows will be handed out: about as scheduler.c cuts them. */
+/* As how many bands so many rows will be handed out: about as rows_to_cut in scheduler_bands.c does. */
 static uint32_t bands_to_come(const struct dispatcher *d, uint32_t rows, uint32_t threads)
 {
     enum { BANDS_A_THREAD = 2, ROWS_MAX = 32, ROWS_MIN = 4 };
@@ -81,7 +81,7 @@ double dispatcher_remaining_seconds(const struct dispatcher *d, uint32_t number)
 {
     const struct render_job *job = d->jobs[number];
     uint32_t threads = threads_at_work(d);
-    if (job->state == JOB_DONE)
+    if (job->state == JOB_DONE || (job->state == JOB_RUNNING && !d->forecasts[number])) /* the latter is being written */
         return 0;
     if (job->state != JOB_RUNNING || threads == 0)
         return -1;

@@ -53,11 +53,13 @@ static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *addre
     return peer;
 }
 
-static size_t failures_of(const struct dispatcher *d, const struct message *hello)
+/* What others say that they are counts for nothing with this process's own. */
+static size_t failures_of(const struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
 {
     size_t failures = 0;
     for (size_t i = 0; i < d->peer_count; i++)
-        failures += d->peers[i].failed && peer_is_same_process(&d->peers[i], hello->hello.host, hello->hello.pid);
+        failures += d->peers[i].failed && d->peers[i].address.own == address->own &&
+                    peer_is_same_process(&d->peers[i], hello->hello.host, hello->hello.pid);
     return failures;
 }
 
@@ -85,7 +87,7 @@ static void take_hello(struct dispatcher *d, const struct wire_peer *address, co
         refuse(d, address, hello, "it computes other bytes than the coordinator (its proof picture differs)");
         return;
     }
-    if (failures_of(d, hello) >= FAILURES_MAX) {
+    if (failures_of(d, address, hello) >= FAILURES_MAX) {
         refuse(d, address, hello, "it has failed too often in this render");
         return;
     }
@@ -115,10 +117,16 @@ static void take_need(struct dispatcher *d, struct peer *peer, const struct mess
     if (!asset || message->need.offset > asset->size)
         return; /* of a job that has ended */
     uint64_t left = asset->size - message->need.offset;
+    uint32_t size = (uint32_t)(left < MESSAGE_CHUNK_MAX ? left : MESSAGE_CHUNK_MAX);
+    if (size > peer->asset_allowance) { /* what it does not read would pile up here */
+        log_warning("worker %u (%s) asks for the same again and again", peer->number, peer->host);
+        dispatcher_lose_peer(d, peer, true);
+        return;
+    }
+    peer->asset_allowance -= size;
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_ASSET, .asset = {
         .digest = message->need.digest, .offset = message->need.offset, .total = asset->size,
-        .data = asset->data + message->need.offset,
-        .size = (uint32_t)(left < MESSAGE_CHUNK_MAX ? left : MESSAGE_CHUNK_MAX)}});
+        .data = asset->data + message->need.offset, .size = size}});
 }
 
 static void take_failure(struct dispatcher *d, struct peer *peer, const struct message *message)

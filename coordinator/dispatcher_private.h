@@ -73,8 +73,10 @@ void dispatcher_audit(struct dispatcher *dispatcher, const struct action *action
 void dispatcher_undo(struct dispatcher *dispatcher, const struct action *action);
 void dispatcher_restart(struct dispatcher *dispatcher, const struct action *action);
 
-/* Remaining time of a job: it begins, or begins anew, with what is done (at what cost is not known); a band of it was accepted, as the action says, which took so much work. */
+/* Remaining time of a job. It begins, or begins anew: what is done counts, at unknown cost. */
 void dispatcher_begin_forecast(struct dispatcher *dispatcher, uint32_t job);
+
+/* A band was accepted, as the action says, and took so much work. */
 void dispatcher_add_to_forecast(struct dispatcher *dispatcher, const struct action *accepted, double work);
 
 /* In seconds; negative: unknown. */

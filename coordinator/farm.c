@@ -27,6 +27,7 @@ struct farm {
     char host[MESSAGE_HOST_BYTES];
     int signals; /* descriptors: of signals, */
     int bell;    /* and of outputs that are complete */
+    int judges;  /* local workers that were started because others contradict each other */
     struct dispatcher *dispatcher;
     int64_t ticked_ms;
 };
@@ -165,11 +166,16 @@ static void kill_expelled(struct farm *farm)
 /* Workers that contradict each other need one that both must believe. */
 static void start_trusted(struct farm *farm)
 {
+    enum { JUDGES_MAX = 3 };
     struct error error;
     if (!dispatcher_take_need_of_trusted(farm->dispatcher))
         return;
     log_info("starting a local worker, to tell whose bytes are right");
-    enum status status = local_workers_add(&farm->local, farm->config.local_threads, &error);
+    enum status status = STATUS_OK;
+    if (farm->judges++ == JUDGES_MAX)
+        status = error_set(&error, STATUS_FAILED, "no local worker lives to tell whose bytes are right; giving up");
+    else
+        status = local_workers_add(&farm->local, farm->config.local_threads, &error);
     if (status != STATUS_OK)
         dispatcher_give_up(farm->dispatcher, status, &error, clock_now_ms());
 }
@@ -216,11 +222,13 @@ static void tick(struct farm *farm, bool all_taken)
     farm->ticked_ms = clock_now_ms();
 }
 
-/* With no local worker left that could be started again and nobody else able to come, waiting would be for ever. */
+/* With no local worker left that could be started again, and nobody else able to come or to settle a contradiction,
+ * waiting would be for ever. */
 static void check_hope(struct farm *farm)
 {
     struct error error;
-    if (farm->config.listen || local_workers_running(&farm->local) > 0 || dispatcher_is_over(farm->dispatcher))
+    bool others_do = farm->config.listen && farm->judges == 0;
+    if (others_do || local_workers_running(&farm->local) > 0 || dispatcher_is_over(farm->dispatcher))
         return;
     error_set(&error, STATUS_FAILED, "all local workers have died; giving up");
     dispatcher_give_up(farm->dispatcher, STATUS_FAILED, &error, clock_now_ms());

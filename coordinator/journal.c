@@ -377,22 +377,41 @@ void journal_reject(struct journal *j)
 
 /* --- writing ---------------------------------------------------------------------------------------------- */
 
+/* Appends an entry as it is written. `tag`: of the entry before it, and then of this one. */
+static void put_entry(const struct journal_band *band, const uint8_t *data, uint8_t tag[TAG_BYTES], struct bytes *to)
+{
+    size_t begin = to->size;
+    uint8_t next[TAG_BYTES];
+    put_band_head(band, to);
+    bytes_put(to, data, band->size);
+    crypto_generichash(next, TAG_BYTES, to->data + begin, to->size - begin, tag, TAG_BYTES);
+    memcpy(tag, next, TAG_BYTES);
+    bytes_put(to, tag, TAG_BYTES);
+}
+
+/* Entries, the last of which has that tag. */
+static enum status append(struct journal *j, const struct bytes *entries, const uint8_t tag[TAG_BYTES],
+                          struct error *error)
+{
+    enum status status = write_all(j, j->end, entries->data, entries->size, error);
+    if (status != STATUS_OK)
+        return status;
+    memcpy(j->tag, tag, TAG_BYTES);
+    j->end += entries->size;
+    return STATUS_OK;
+}
+
 enum status journal_add(struct journal *j, struct journal_band *band, const uint8_t *data, struct error *error)
 {
-    struct bytes written = {0};
+    struct bytes entry = {0};
     uint8_t tag[TAG_BYTES];
-    put_band_head(band, &written);
-    bytes_put(&written, data, band->size);
-    tag_of(j, &written, tag);
-    bytes_put(&written, tag, TAG_BYTES);
-    enum status status = write_all(j, j->end, written.data, written.size, error);
-    if (status == STATUS_OK) {
-        band->offset = j->end + BAND_HEAD_BYTES;
-        memcpy(j->tag, tag, TAG_BYTES);
-        j->end += written.size;
-        status = j->resumes ? note_written(j, error) : STATUS_OK;
-    }
-    bytes_finish(&written);
+    memcpy(tag, j->tag, TAG_BYTES);
+    put_entry(band, data, tag, &entry);
+    band->offset = j->end + BAND_HEAD_BYTES;
+    enum status status = append(j, &entry, tag, error);
+    if (status == STATUS_OK && j->resumes)
+        status = note_written(j, error);
+    bytes_finish(&entry);
     return status;
 }
 
@@ -401,11 +420,18 @@ static enum status sync_now(const struct journal *j, struct error *error)
     return !j->resumes || fdatasync(j->fd) == 0 ? STATUS_OK : fail(j, "cannot be brought to disk", errno, error);
 }
 
-enum status journal_undo(struct journal *j, const struct journal_band *band, struct error *error)
+enum status journal_undo(struct journal *j, const struct journal_band *bands, size_t count, struct error *error)
 {
-    struct journal_band undone = {.undone = true, .pass = band->pass, .first_row = band->first_row,
-                                  .rows = band->rows};
-    enum status status = journal_add(j, &undone, NULL, error);
+    struct bytes entries = {0};
+    uint8_t tag[TAG_BYTES];
+    memcpy(tag, j->tag, TAG_BYTES);
+    for (size_t i = 0; i < count; i++) {
+        const struct journal_band undone = {.undone = true, .pass = bands[i].pass, .first_row = bands[i].first_row,
+                                            .rows = bands[i].rows};
+        put_entry(&undone, NULL, tag, &entries);
+    }
+    enum status status = append(j, &entries, tag, error);
+    bytes_finish(&entries);
     return status == STATUS_OK ? sync_now(j, error) : status;
 }
 

@@ -61,8 +61,10 @@ void journal_reject(struct journal *journal);
  * earlier one could not be brought to disk. */
 enum status journal_add(struct journal *journal, struct journal_band *band, const uint8_t *data, struct error *error);
 
-/* Notes that a band which was added counts no more, and brings that to disk. STATUS_OUTPUT if it cannot. */
-enum status journal_undo(struct journal *journal, const struct journal_band *band, struct error *error);
+/* Notes that bands[count], which were added, count no more, in one piece, and brings that to disk. STATUS_OUTPUT if it
+ * cannot. */
+enum status journal_undo(struct journal *journal, const struct journal_band *bands, size_t count,
+                         struct error *error);
 
 /* Forgets all bands, on disk too. STATUS_OUTPUT if it cannot. */
 enum status journal_clear(struct journal *journal, struct error *error);

@@ -33,8 +33,8 @@ struct peer {
     char host[MESSAGE_HOST_BYTES];
     char kernel[MESSAGE_KERNEL_BYTES];
     uint32_t pid, threads;
-    bool gone;      /* kept for the record, */
-    bool failed;    /* and that it was of no use, which a broken link does not say of it */
+    bool gone;      /* kept for the record */
+    bool failed;    /* it could not load a job, sent what does not fit, or got stuck; a lost connection does not count */
     bool lied;      /* it returned wrong bytes */
     bool draining;
     struct incoming *incoming;
@@ -46,6 +46,7 @@ struct peer {
     uint64_t rows_done;
     uint64_t rays_returned; /* in the bands that it returned */
     uint64_t rays;          /* since it joined, by its last beat, which also counts bands in work */
+    uint64_t asset_allowance; /* bytes of assets that it may still ask for */
     int64_t joined_ms;
     bool beaten;            /* it has sent a beat */
     uint64_t rays_before;   /* that it had traced for others by its first beat, which it sends on joining */

@@ -377,12 +377,26 @@ bool render_job_relies_on(const struct render_job *job, uint32_t worker)
     return false;
 }
 
+enum status render_job_disown(struct render_job *job, uint32_t worker, struct error *error)
+{
+    struct journal_band *bands = memory_array(job->settings.height, sizeof *bands);
+    struct error ignored;
+    size_t count = 0;
+    for (uint32_t row = 0; row < job->settings.height; row++) {
+        const struct band_account *band = &job->bands[PASS_RENDER][row];
+        if (band->rows > 0 && band->worker == worker)
+            bands[count++] = (struct journal_band){.pass = PASS_RENDER, .first_row = row, .rows = band->rows};
+    }
+    enum status status = count > 0 ? journal_undo(job->journal, bands, count, error) : STATUS_OK;
+    if (status != STATUS_OK)
+        journal_clear(job->journal, &ignored);
+    free(bands);
+    return status;
+}
+
 enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error)
 {
-    const struct journal_band band = {.pass = PASS_RENDER, .first_row = first_row,
-                                      .rows = job->bands[PASS_RENDER][first_row].rows};
-    enum status status = journal_undo(job->journal, &band, error);
-    return status == STATUS_OK ? remove_result(job, first_row, error) : status;
+    return remove_result(job, first_row, error);
 }
 
 enum status render_job_restart(struct render_job *job, struct error *error)
@@ -399,7 +413,9 @@ enum status render_job_restart(struct render_job *job, struct error *error)
     job->rows_done = job->rows_kept = 0;
     job->kept_count = 0;
     job->rays_kept = 0;
-    return status == STATUS_OK ? journal_clear(job->journal, error) : status;
+    struct error ignored; /* whatever the outputs said, a later run must not go on from there */
+    enum status cleared = journal_clear(job->journal, status == STATUS_OK ? error : &ignored);
+    return status == STATUS_OK ? cleared : status;
 }
 
 void render_job_finish_output(struct render_job *job, int bell)

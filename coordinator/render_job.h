@@ -104,8 +104,11 @@ void render_job_confirm(struct render_job *job, enum render_pass pass, uint32_t 
 /* Whether any row, of the survey or the render, is that worker's alone. */
 bool render_job_relies_on(const struct render_job *job, uint32_t worker);
 
-/* Takes back the band of the render that begins there, as if it had not come. STATUS_OUTPUT as of journal_undo and
- * assembly_drop. */
+/* Notes in the journal, all at once, that bands of the render which are that worker's count no more; render_job_undo is to
+ * follow for each, or render_job_restart. STATUS_OUTPUT if that cannot be noted: then the journal is empty. */
+enum status render_job_disown(struct render_job *job, uint32_t worker, struct error *error);
+
+/* Takes back the band of the render that begins there, as if it had not come. STATUS_OUTPUT as of assembly_drop. */
 enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error);
 
 /* Takes back all, as if the job had not begun. STATUS_OUTPUT as of journal_clear and assembly_drop. */

@@ -48,7 +48,7 @@ void scheduler_act(struct scheduler *s, struct action action)
 
 static void take_readiness(struct scheduler *s, struct worker *w, uint32_t job)
 {
-    if (job >= s->job_count || *scheduler_readiness(w, job) != READINESS_ANNOUNCED)
+    if (job >= s->job_count || s->jobs[job]->over || *scheduler_readiness(w, job) != READINESS_ANNOUNCED)
         return;
     *scheduler_readiness(w, job) = READINESS_READY;
     scheduler_end_loading(s, w, true);

@@ -55,11 +55,12 @@ static bool is_doubtful(const struct scheduler *s, const struct worker *w)
     return w->lease_count > 0;
 }
 
-/* It has loaded the job, or is likely to. */
+/* It has loaded the job, or is likely to. One more trusted worker would not load it sooner than the one that is there. */
 static bool knows(const struct scheduler *s, struct worker *w, const struct job *job)
 {
     enum { LOADING_MS = 10000 }; /* patience with one who was told of it and does not say that it is ready */
-    return *scheduler_readiness(w, job->number) == READINESS_READY || s->now_ms - w->told_ms < LOADING_MS;
+    bool is_ready = *scheduler_readiness(w, job->number) == READINESS_READY;
+    return is_ready || w->trusted || s->now_ms - w->told_ms < LOADING_MS;
 }
 
 /* Of all who are here, nobody is likely ever to take it. */

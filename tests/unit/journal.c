@@ -136,7 +136,7 @@ static void test_undone(void **state)
     struct journal_band found, band = make_band(2, (uint8_t[BAND_BYTES_MAX]){0});
     struct journal *journal = open_again();
     add_bands(journal, 0, 3);
-    assert_int_equal(journal_undo(journal, &band, &error), STATUS_OK);
+    assert_int_equal(journal_undo(journal, &band, 1, &error), STATUS_OK);
     add_bands(journal, 2, 3);
     journal_close(&journal, false);
     journal = open_again();
