@@ -2,8 +2,6 @@
 # Whatever dies, the picture has the same bytes or there is none, nothing hangs and nothing is left behind.
 . tests/tap.sh
 
-[ "$mode" = sanitize ] && slow=("${steady[@]}") # long enough
-
 "$weft" render "${slow[@]}" -q -o "$tmp/slow.png"
 mkdir "$tmp/pictures"
 endless=(--size 400x9999 --band 1) # beside the options of "slow": minutes, but a row soon

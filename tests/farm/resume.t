@@ -2,8 +2,6 @@
 # A render that was killed goes on where it was, and ends with the same bytes; what it cannot go on from it says.
 . tests/tap.sh
 
-[ "$mode" = sanitize ] && slow=("${steady[@]}") # long enough
-
 mkdir "$tmp/pictures"
 quick=("$scenes/showcase.json" --size 160x90 --samples "${slow[-1]}") # the same picture as slow, by a faster kernel
 adaptive=("$scenes/showcase.json" --size 160x90 --error 0.003)
