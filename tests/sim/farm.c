@@ -127,6 +127,8 @@ static void take_happening(const struct happening *h)
     case CONNECTION:
         return connection_is_made(&workers[h->who], h->tag);
     case START:
+        if (farm.judge > 0 && h->who == farm.judge && workers[h->who].session) /* it drains: another one is to come */
+            return happen(START, h->who, 0, history.now_ms + 1000);
         return start_worker(&workers[h->who]);
     case TROUBLE:
         return make_trouble();
