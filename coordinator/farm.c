@@ -84,8 +84,13 @@ static enum status start(struct farm *farm, struct error *error)
     status = listen_everywhere(farm, error);
     if (status != STATUS_OK)
         return status;
-    return local_workers_init(&farm->local, farm->config.local_workers, farm->config.local_threads,
-                              farm->private_endpoint, farm->config.local_kernel, error);
+    const struct local_config local = {
+        .endpoint = farm->private_endpoint,
+        .kernel = farm->config.local_kernel,
+        .log = farm->config.log,
+        .log_json = farm->config.log_json,
+    };
+    return local_workers_init(&farm->local, &local, farm->config.local_workers, farm->config.local_threads, error);
 }
 
 static bool send_by_server(void *context, const struct wire_peer *to, const void *data, size_t size)

@@ -16,6 +16,8 @@ struct farm_config {
     int local_workers;        /* processes to start */
     int local_threads;        /* render threads of all of them together */
     const char *local_kernel; /* name to force, or NULL */
+    const char *log;          /* file that local workers write their lines to, or NULL */
+    bool log_json;
     uint32_t band_rows;       /* 0: automatic */
     double audit_percent;     /* of the bands, that a second worker renders too, to compare; 0: none */
 };

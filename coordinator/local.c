@@ -41,12 +41,39 @@ static void set_attributes(posix_spawnattr_t *attributes)
                              POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
 }
 
+enum { ARGUMENTS_MAX = 16 };
+
+/* Into a list that ends with NULL; texts are borrowed. */
+static void list_arguments(const struct local_workers *local, const char *threads, const char *list[ARGUMENTS_MAX])
+{
+    const struct local_config *config = &local->config;
+    size_t count = 0;
+    list[count++] = local->program;
+    list[count++] = "--once";
+    list[count++] = "--tether";
+    list[count++] = "--quiet";
+    list[count++] = "--threads";
+    list[count++] = threads;
+    if (config->kernel) {
+        list[count++] = "--kernel";
+        list[count++] = config->kernel;
+    }
+    if (config->log) {
+        list[count++] = "--log";
+        list[count++] = config->log;
+    }
+    if (config->log_json)
+        list[count++] = "--log-json";
+    list[count++] = config->endpoint;
+    list[count] = NULL;
+}
+
 static enum status spawn(struct local_workers *local, struct local_worker *worker, struct error *error)
 {
     char threads[16];
+    const char *arguments[ARGUMENTS_MAX];
     snprintf(threads, sizeof threads, "%d", worker->threads);
-    char *arguments[] = {local->program, "--once", "--tether", "--quiet", "--threads", threads, local->endpoint,
-                         local->kernel ? "--kernel" : NULL, (char *)local->kernel, NULL};
+    list_arguments(local, threads, arguments);
     int tether[2];
     if (pipe2(tether, O_CLOEXEC) != 0)
         return error_set(error, STATUS_INTERNAL, "cannot make a pipe: %s", strerror(errno));
@@ -55,7 +82,7 @@ static enum status spawn(struct local_workers *local, struct local_worker *worke
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, tether[0], STDIN_FILENO);
-    int failure = posix_spawn(&worker->pid, local->program, &files, &attributes, arguments, environ);
+    int failure = posix_spawn(&worker->pid, local->program, &files, &attributes, (char **)arguments, environ);
     posix_spawn_file_actions_destroy(&files);
     posix_spawnattr_destroy(&attributes);
     close(tether[0]);
@@ -66,12 +93,11 @@ static enum status spawn(struct local_workers *local, struct local_worker *worke
     return error_set(error, STATUS_INTERNAL, "%s: cannot be started: %s", local->program, strerror(failure));
 }
 
-enum status local_workers_init(struct local_workers *local, int count, int threads, const char *endpoint,
-                               const char *kernel, struct error *error)
+enum status local_workers_init(struct local_workers *local, const struct local_config *config, int count, int threads,
+                               struct error *error)
 {
-    *local = (struct local_workers){.kernel = kernel, .count = count};
+    *local = (struct local_workers){.config = *config, .count = count};
     find_program(local->program, sizeof local->program);
-    snprintf(local->endpoint, sizeof local->endpoint, "%s", endpoint);
     local->workers = memory_array((size_t)count, sizeof *local->workers);
     for (int i = 0; i < count; i++) {
         int share = threads / count + (i < threads % count);

@@ -19,18 +19,25 @@ struct local_worker {
     int restarts;
 };
 
+/* What they are started with. Texts are borrowed as long as workers may be started. */
+struct local_config {
+    const char *endpoint;
+    const char *kernel; /* name to force, or NULL */
+    const char *log;    /* file that they write their lines to, or NULL */
+    bool log_json;
+};
+
 struct local_workers {
     char program[4096]; /* path of weft-worker */
-    char endpoint[512];
-    const char *kernel; /* name to force, or NULL; borrowed */
+    struct local_config config;
     struct local_worker *workers;
     int count;
 };
 
 /* Starts `count` workers (0 or more) that share `threads` render threads, at least one each. STATUS_INTERNAL if the
  * program cannot be started. local_workers_finish must follow in any case. */
-enum status local_workers_init(struct local_workers *local, int count, int threads, const char *endpoint,
-                               const char *kernel, struct error *error);
+enum status local_workers_init(struct local_workers *local, const struct local_config *config, int count, int threads,
+                               struct error *error);
 
 /* Ends all workers, kindly and then not, within about a second, and frees what is held. */
 void local_workers_finish(struct local_workers *local);

@@ -11,8 +11,8 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "coordinator/progress_views.h"
-#include "coordinator/text.h"
 
 enum { BAR_PERIOD_MS = 100, LINES_PERIOD_MS = 5000, JSON_PERIOD_MS = 250 };
 

@@ -3,8 +3,8 @@
 #include <inttypes.h>
 #include <math.h>
 
-#include "coordinator/json_text.h"
-#include "coordinator/text.h"
+#include "base/json_text.h"
+#include "base/text.h"
 
 static void put_stretch(struct bytes *text, const struct stretch_snapshot *stretch)
 {

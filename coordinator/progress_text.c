@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "coordinator/text.h"
+#include "base/text.h"
 
 /* --- figures ---------------------------------------------------------------------------------------------- */
 

@@ -19,7 +19,7 @@
 
 enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_ERROR, OPTION_MAX_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL,
        OPTION_PROGRESS, OPTION_REPORT, OPTION_SAMPLE_MAP, OPTION_ERROR_MAP, OPTION_KEYS, OPTION_INSECURE,
-       OPTION_NO_RESUME, OPTION_AUDIT, OPTION_HELP, OPTION_VERSION };
+       OPTION_NO_RESUME, OPTION_AUDIT, OPTION_LOG, OPTION_LOG_JSON, OPTION_HELP, OPTION_VERSION };
 
 static const struct option_spec options[] = {
     OPTIONS_HEADING("The picture"),
@@ -45,6 +45,8 @@ static const struct option_spec options[] = {
     {OPTION_SAMPLE_MAP, "sample-map", "FILE", "a .png of where the samples went; of one scene"},
     {OPTION_ERROR_MAP, "error-map", "FILE", "a .png of how far off each pixel is; of one scene"},
     {OPTION_PROGRESS, "progress", "MODE", "auto, bar, json or none (default auto)"},
+    {OPTION_LOG, "log", "FILE", "what is said goes there too, with times"},
+    {OPTION_LOG_JSON, "log-json", NULL, "the log as JSON (without --log: what is said)"},
     {'q', "quiet", NULL, "say only what is wrong"},
     {'v', "verbose", NULL, "say more"},
     {OPTION_HELP, "help", NULL, "print this and exit"},
@@ -53,13 +55,13 @@ static const struct option_spec options[] = {
 };
 
 struct arguments {
-    const char *output, *report, *kernel, *keys;
+    const char *output, *report, *kernel, *keys, *log;
     struct render_choices choices;
     double audit_percent;
     bool can_go_on; /* once interrupted: there is something to go on from */
     int64_t workers, threads, band;
     char listen[WIRE_ENDPOINT_BYTES]; /* "": no */
-    bool insecure, quiet, verbose;
+    bool insecure, quiet, verbose, log_json;
     const char *progress;
 };
 
@@ -68,8 +70,7 @@ static void print_help(void)
     puts("usage: weft render [OPTION]... SCENE...\n"
          "Renders scenes (.json or .nff): scenes/first.json into first.png, unless -o says\n"
          "where. Starts local workers by itself; with --listen, workers on other machines\n"
-         "join by `weft-worker ENDPOINT`. The bytes are the same whoever renders them.\n"
-         "The same command goes on with a render that was interrupted.\n");
+         "join by `weft-worker ENDPOINT`. The same command goes on where one was ended.\n");
     options_help(stdout, options);
     puts("\nExit status: 0 done; 1 the render failed; 2 wrong usage; 3 bad scene, file or\n"
          "key; 4 output could not be written; 5 an internal failure; 129, 130 and 143\n"
@@ -184,6 +185,12 @@ static enum status handle_option(void *context, int key, const char *argument, s
     case OPTION_NO_RESUME:
         a->choices.no_resume = true;
         break;
+    case OPTION_LOG:
+        a->log = argument;
+        break;
+    case OPTION_LOG_JSON:
+        a->log_json = true;
+        break;
     case 'q':
         a->quiet = true;
         break;
@@ -233,20 +240,34 @@ static enum status check_arguments(const struct arguments *a, int scenes, struct
 
 /* --- outputs ---------------------------------------------------------------------------------------------- */
 
-/* Where the scenes' pictures go, into paths[count], each to be freed by the caller; and that all files that are asked
- * for are different ones. */
-static enum status choose_paths(const struct arguments *a, char **scenes, size_t count, char **paths,
-                                struct error *error)
+/* Where the scenes' pictures go: paths[count]; free_paths follows. */
+static char **choose_paths(const struct arguments *a, char **scenes, size_t count)
+{
+    char **paths = memory_array(count, sizeof *paths);
+    for (size_t i = 0; i < count; i++)
+        paths[i] = outputs_path(a->output, scenes[i], count > 1);
+    return paths;
+}
+
+static void free_paths(char **paths, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        free(paths[i]);
+    free(paths);
+}
+
+/* That all files that are asked for are different ones. */
+static enum status check_distinct(const struct arguments *a, char **scenes, char **paths, size_t count,
+                                  struct error *error)
 {
     const struct output others[] = {{"--sample-map", a->choices.sample_map},
                                     {"--error-map", a->choices.error_map},
-                                    {"--report", a->report}};
+                                    {"--report", a->report},
+                                    {"--log", a->log}};
     struct output *outputs = memory_array(count + sizeof others / sizeof *others, sizeof *outputs);
     size_t total = 0;
-    for (size_t i = 0; i < count; i++) {
-        paths[i] = outputs_path(a->output, scenes[i], count > 1);
+    for (size_t i = 0; i < count; i++)
         outputs[total++] = (struct output){scenes[i], paths[i]};
-    }
     for (size_t i = 0; i < sizeof others / sizeof *others; i++)
         if (others[i].path)
             outputs[total++] = others[i];
@@ -255,18 +276,23 @@ static enum status choose_paths(const struct arguments *a, char **scenes, size_t
     return status;
 }
 
+/* The log, which is opened before anything is said, must not be one of the outputs either. */
+static enum status open_log(const struct arguments *a, char **scenes, size_t count, struct error *error)
+{
+    char **paths = choose_paths(a, scenes, count);
+    enum status status = check_distinct(a, scenes, paths, count, error);
+    free_paths(paths, count);
+    return status == STATUS_OK ? log_open(a->log, a->log_json, error) : status;
+}
+
 static enum status open_jobs(const struct arguments *a, char **scenes, size_t count, struct render_job *jobs,
                              struct error *error)
 {
-    char **paths = memory_array(count, sizeof *paths);
     enum status status = a->output && count > 1 ? outputs_make_folder(a->output, error) : STATUS_OK;
-    if (status == STATUS_OK)
-        status = choose_paths(a, scenes, count, paths, error);
+    char **paths = choose_paths(a, scenes, count);
     for (size_t i = 0; i < count && status == STATUS_OK; i++)
         status = render_job_init(&jobs[i], scenes[i], paths[i], &a->choices, error);
-    for (size_t i = 0; i < count; i++)
-        free(paths[i]);
-    free(paths);
+    free_paths(paths, count);
     return status;
 }
 
@@ -333,7 +359,8 @@ static void say_done(const struct render_job *job, void *context)
 
 static struct progress *make_progress(const struct arguments *a)
 {
-    if (a->quiet || strcmp(a->progress, "none") == 0)
+    bool all_is_json = a->log_json && !a->log && strcmp(a->progress, "auto") == 0;
+    if (a->quiet || all_is_json || strcmp(a->progress, "none") == 0)
         return NULL;
     if (strcmp(a->progress, "json") == 0)
         return progress_create(PROGRESS_JSON, stdout);
@@ -373,6 +400,8 @@ static enum status render(struct arguments *a, struct coordinator_keys *keys, ch
         .local_workers = (int)a->workers,
         .local_threads = (int)a->threads,
         .local_kernel = a->kernel,
+        .log = a->log,
+        .log_json = a->log_json,
         .band_rows = (uint32_t)a->band,
         .audit_percent = a->audit_percent,
     };
@@ -418,8 +447,10 @@ int command_render(int argc, char **argv)
     enum status status = options_parse(argc, argv, options, handle_option, &a, &first, &error);
     if (status == STATUS_OK)
         status = check_arguments(&a, argc - first, &error);
+    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the write that met the limit */
+    if (status == STATUS_OK)
+        status = open_log(&a, argv + first, (size_t)(argc - first), &error);
     if (status == STATUS_OK) {
-        signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the write that met the limit */
         log_start("weft", a.quiet ? LOG_WARNING : a.verbose ? LOG_DEBUG : LOG_INFO);
         char **scenes = argv + first;
         size_t count = (size_t)(argc - first);

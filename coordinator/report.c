@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json_text.h"
 #include "base/memory.h"
-#include "coordinator/json_text.h"
+#include "base/text.h"
 #include "coordinator/progress_views.h"
-#include "coordinator/text.h"
 #include "image/compare.h"
 #include "scene/model.h"
 

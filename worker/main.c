@@ -18,7 +18,7 @@
 #include "worker/session.h"
 
 enum { OPTION_KERNEL = 256, OPTION_ONCE, OPTION_WAIT, OPTION_KEYS, OPTION_INSECURE, OPTION_TETHER,
-       OPTION_HELP, OPTION_VERSION };
+       OPTION_LOG, OPTION_LOG_JSON, OPTION_HELP, OPTION_VERSION };
 
 enum { EXIT_INTERRUPTED = 130, EXIT_TERMINATED = 143 };
 
@@ -30,6 +30,8 @@ static const struct option_spec options[] = {
     {OPTION_KEYS, "keys", "DIR", "its own key and the coordinator's; see weft keygen"},
     {OPTION_INSECURE, "insecure", NULL, "join another machine's coordinator without keys"},
     {OPTION_TETHER, "tether", NULL, "end at once when standard input closes"},
+    {OPTION_LOG, "log", "FILE", "what is said goes there too, with times"},
+    {OPTION_LOG_JSON, "log-json", NULL, "the log as JSON (without --log: what is said)"},
     {'q', "quiet", NULL, "say only what is wrong"},
     {'v', "verbose", NULL, "say more"},
     {OPTION_HELP, "help", NULL, "print this and exit"},
@@ -42,6 +44,8 @@ struct settings {
     const struct kernel *kernel;
     bool once, tether, insecure;
     const char *keys; /* folder, or NULL */
+    const char *log;  /* file, or NULL */
+    bool log_json;
     int64_t wait_ms;
     enum log_level level;
 };
@@ -68,7 +72,7 @@ static void print_help(void)
     options_help(stdout, options);
     puts("\nSIGTERM: finish the bands in hand, then end; a second one ends at once.\n"
          "Exit status: 0 done; 1 refused, or none answered within --wait; 2 wrong usage;\n"
-         "3 bad keys; 5 an internal failure; 130, 143 ended at once.");
+         "3 bad keys; 4 no log; 5 an internal failure; 130, 143 ended at once.");
 }
 
 static enum status choose_kernel(struct settings *settings, const char *name, struct error *error)
@@ -109,6 +113,12 @@ static enum status handle_option(void *context, int key, const char *argument, s
         break;
     case OPTION_TETHER:
         settings->tether = true;
+        break;
+    case OPTION_LOG:
+        settings->log = argument;
+        break;
+    case OPTION_LOG_JSON:
+        settings->log_json = true;
         break;
     case 'q':
         settings->level = LOG_WARNING;
@@ -350,6 +360,8 @@ int main(int argc, char **argv)
     enum status status = options_parse(argc, argv, options, handle_option, &w.settings, &first, &error);
     if (status == STATUS_OK && argc - first != 1)
         status = error_set(&error, STATUS_USAGE, "expected one endpoint, found %d operands; see --help", argc - first);
+    if (status == STATUS_OK)
+        status = log_open(w.settings.log, w.settings.log_json, &error);
     if (status != STATUS_OK) {
         log_error("%s", error.text);
         return status;
@@ -365,5 +377,6 @@ int main(int argc, char **argv)
     wire_client_destroy(&w.client);
     wire_stop();
     pool_destroy(&w.pool);
+    log_close();
     return status == STATUS_OK ? w.exit_status : (int)status;
 }

@@ -175,7 +175,7 @@ static void test_log(void **state)
     assert_int_equal(run_child(write_lines, text, sizeof text), 0);
     assert_string_equal(text, "weft: first 1\n"
                               "<prog: warning: second\n1>"
-                              "<prog: one?line, ?[31mnot red?, ä\n2>"
+                              "<prog: one�line, �[31mnot red�, ä\n2>"
                               "prog: debug: third\n");
 }
 
@@ -196,11 +196,133 @@ static void test_long_log_lines(void **state)
     assert_int_equal(run_child(write_long_lines, text, sizeof text), 0);
     const char *at = text;
     for (size_t i = 0; i < 31; i++) {
-        size_t length = strcspn(at, "\n"), wanted = i < 30 ? 6 + 2030 + i : 6 + 4096;
-        assert_int_equal(length, wanted < 2046 ? wanted : 2046);
+        size_t length = strcspn(at, "\n"), wanted = i < 30 ? 2030 + i : 4096;
+        assert_int_equal(length, 6 + (wanted < 2047 ? wanted : 2047));
         at += length + 1;
     }
     assert_string_equal(at, "");
+}
+
+/* Reads a whole file, ends it with NUL, and removes it. */
+static void take_file(const char *path, char *text, size_t capacity)
+{
+    FILE *file = fopen(path, "r");
+    assert_non_null(file);
+    text[fread(text, 1, capacity - 1, file)] = '\0';
+    fclose(file);
+    unlink(path);
+}
+
+static const char log_path[] = "/tmp/weft-test-base.log";
+
+/* What a file gets: more than is shown; appended. The time stands first. */
+static void write_log_file(void)
+{
+    struct error error;
+    for (int round = 0; round < 2; round++) {
+        log_start("prog", LOG_WARNING);
+        if (log_open(log_path, round == 1, &error) != STATUS_OK)
+            log_error("%s", error.text);
+        log_warning("shown \"%d\"", round);
+        log_info("kept\xff\t");
+        log_debug("neither");
+        log_start("prog", LOG_DEBUG);
+        log_debug("both");
+        log_close();
+    }
+    log_error("not kept");
+}
+
+static void test_log_file(void **state)
+{
+    (void)state;
+    char text[4096];
+    unlink(log_path);
+    assert_int_equal(run_child(write_log_file, text, sizeof text), 0);
+    assert_string_equal(text, "prog: warning: shown \"0\"\nprog: debug: both\n"
+                              "prog: warning: shown \"1\"\nprog: debug: both\nprog: not kept\n");
+    take_file(log_path, text, sizeof text);
+    static const char *const expected[] = {
+        " warning prog[#]: shown \"0\"",
+        " info prog[#]: kept\xef\xbf\xbd\xef\xbf\xbd",
+        " debug prog[#]: both",
+        "\",\"level\":\"warning\",\"program\":\"prog\",\"pid\":#,\"message\":\"shown \\\"1\\\"\"}",
+        "\",\"level\":\"info\",\"program\":\"prog\",\"pid\":#,\"message\":\"kept\xef\xbf\xbd\xef\xbf\xbd\"}",
+        "\",\"level\":\"debug\",\"program\":\"prog\",\"pid\":#,\"message\":\"both\"}",
+    };
+    char *rest = text;
+    for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
+        char line[256], *end = strchr(rest, '\n');
+        int year, month, day, hour, minute, second, milliseconds, pid, at = 0;
+        assert_non_null(end);
+        *end = '\0';
+        if (i >= 3) {
+            assert_memory_equal(rest, "{\"time\":\"", 9);
+            rest += 9;
+        }
+        assert_int_equal(sscanf(rest, "%4d-%2d-%2dT%2d:%2d:%2d.%3dZ%n", &year, &month, &day, &hour, &minute, &second,
+                                &milliseconds, &at), 7);
+        assert_int_equal(at, 24);
+        const char *mark = strchr(expected[i], '#');
+        char *found = rest + at + (mark - expected[i]);
+        assert_int_equal(sscanf(found, "%d%n", &pid, &at), 1);
+        snprintf(line, sizeof line, "%.*s%d%s", (int)(mark - expected[i]), expected[i], pid, mark + 1);
+        assert_string_equal(rest + 24, line);
+        rest = end + 1;
+    }
+    assert_string_equal(rest, "");
+}
+
+static void write_json(void)
+{
+    struct error error;
+    log_start("prog", LOG_WARNING);
+    log_open(NULL, true, &error);
+    log_info("not shown");
+    log_error("all");
+}
+
+static void test_log_json_alone(void **state)
+{
+    (void)state;
+    char text[4096];
+    assert_int_equal(run_child(write_json, text, sizeof text), 0);
+    assert_non_null(strstr(text, "Z\",\"level\":\"error\",\"program\":\"prog\",\"pid\":"));
+    assert_non_null(strstr(text, ",\"message\":\"all\"}\n"));
+    assert_null(strstr(text, "not shown"));
+}
+
+static void listen_to(void *context, enum log_level level, const char *text)
+{
+    fprintf(stderr, "(%s %s %s)", (const char *)context, log_level_name(level), text);
+}
+
+/* No room for a line is told once; a listener hears all the same. */
+static void write_to_full_file(void)
+{
+    struct error error;
+    log_start("prog", LOG_ERROR);
+    if (log_open("/nowhere/log", false, &error) == STATUS_OUTPUT)
+        log_error("%s", error.text);
+    log_start("prog", LOG_WARNING);
+    log_open("/dev/full", false, &error);
+    log_info("one");
+    log_set_listener(listen_to, "heard");
+    log_info("two");
+    log_error("three");
+    log_debug("not heard");
+    log_set_listener(NULL, NULL);
+    log_close();
+}
+
+static void test_log_that_cannot_be_written(void **state)
+{
+    (void)state;
+    char text[4096];
+    assert_int_equal(run_child(write_to_full_file, text, sizeof text), 0);
+    assert_string_equal(text, "prog: /nowhere/log: the log cannot be written: No such file or directory\n"
+                              "prog: warning: lines are missing in the log: No space left on device\n"
+                              "(heard info two)prog: three\n(heard error three)");
 }
 
 /* --- memory ----------------------------------------------------------------------------------------------- */
@@ -359,7 +481,9 @@ int main(void)
         cmocka_unit_test(test_error),         cmocka_unit_test(test_long_error),
         cmocka_unit_test(test_digest),        cmocka_unit_test(test_digest_equal),
         cmocka_unit_test(test_hash),          cmocka_unit_test(test_log),
-        cmocka_unit_test(test_long_log_lines), cmocka_unit_test(test_out_of_memory),
+        cmocka_unit_test(test_long_log_lines), cmocka_unit_test(test_log_file),
+        cmocka_unit_test(test_log_json_alone), cmocka_unit_test(test_log_that_cannot_be_written),
+        cmocka_unit_test(test_out_of_memory),
         cmocka_unit_test(test_arrays),        cmocka_unit_test(test_growth),
         cmocka_unit_test(test_strings),       cmocka_unit_test(test_cpu),
         cmocka_unit_test(test_clock),

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
+#include "base/text.h"
 #include "coordinator/progress_views.h"
-#include "coordinator/text.h"
 #include "tests/unit/progress_help.h"
 
 static size_t widest_line(const char *text)

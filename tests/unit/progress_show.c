@@ -14,8 +14,8 @@
 #include <cmocka.h>
 
 #include "base/log.h"
+#include "base/text.h"
 #include "coordinator/progress.h"
-#include "coordinator/text.h"
 #include "tests/unit/progress_help.h"
 
 /* --- when something is shown ------------------------------------------------------------------------------ */

@@ -1,8 +1,8 @@
-#include "coordinator/json_text.h"
+#include "base/json_text.h"
 
 #include <math.h>
 
-#include "coordinator/text.h"
+#include "base/text.h"
 
 void json_text_string(struct bytes *text, const char *key, const char *value)
 {

@@ -1,8 +1,8 @@
 /*
- * Members of JSON objects, appended to text (coordinator/text.h).
+ * Members of JSON objects, appended to text (base/text.h).
  */
-#ifndef WEFT_COORDINATOR_JSON_TEXT_H
-#define WEFT_COORDINATOR_JSON_TEXT_H
+#ifndef WEFT_BASE_JSON_TEXT_H
+#define WEFT_BASE_JSON_TEXT_H
 
 #include "base/bytes.h"
 

@@ -3,8 +3,8 @@
  *
  * Text from outside (paths, host names of workers) may hold any bytes. Nothing here trusts it.
  */
-#ifndef WEFT_COORDINATOR_TEXT_H
-#define WEFT_COORDINATOR_TEXT_H
+#ifndef WEFT_BASE_TEXT_H
+#define WEFT_BASE_TEXT_H
 
 #include <stddef.h>
 #include <stdint.h>
