@@ -24,8 +24,9 @@ compile_command() {
 # is flat) are kept apart, or only one of them would be reported.
 vectorised() {
     local command=${1%% -MMD*}
+    command=${command/ -g / } # nothing but the report is wanted, so nothing is spent on debuggers and the assembler
     rm -f "$tmp/report"
-    eval "$command -fno-ipa-icf -fopt-info-vec-optimized=$tmp/report -c -o $tmp/lanes.o $2" || return
+    eval "$command -fno-ipa-icf -fopt-info-vec-optimized=$tmp/report -S -o /dev/null $2" || return
     sed -n "s|^$2:\([0-9]*\):.*loop vectorized.*|\1|p" "$tmp/report" | sort -nu
 }
 

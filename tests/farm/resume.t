@@ -3,6 +3,7 @@
 . tests/tap.sh
 
 mkdir "$tmp/pictures"
+slow=("${slow[@]:0:5}" --samples "$([ "$mode" = sanitize ] && echo 24 || echo 120)") # many of them: half as long
 quick=("$scenes/showcase.json" --size 160x90 --samples "${slow[-1]}") # the same picture as slow, by a faster kernel
 adaptive=("$scenes/showcase.json" --size 160x90 --error 0.003)
 "$weft" render "${quick[@]}" -q -o "$tmp/slow.png"
@@ -43,7 +44,7 @@ go_on() {
 }
 
 # --- killed ---------------------------------------------------------------------------------------------------
-for rows in 1 80; do
+for rows in 1 70; do
     interrupt "killed-$rows" "$rows" KILL "${slow[@]}"
     ok "killed at $rows rows: there is no picture" absent "$tmp/pictures/killed-$rows.png"
     go_on "killed at $rows rows" "killed-$rows" "$tmp/slow.png" "${quick[@]}"
