@@ -8,5 +8,6 @@ int command_render(int argc, char **argv);
 int command_check(int argc, char **argv);
 int command_compare(int argc, char **argv);
 int command_keygen(int argc, char **argv);
+int command_status(int argc, char **argv);
 
 #endif

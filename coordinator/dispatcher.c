@@ -83,11 +83,13 @@ void dispatcher_tick(struct dispatcher *d, int64_t now_ms)
     dispatcher_note_time(d, now_ms);
     dispatcher_tell(d, &(struct event){.kind = EVENT_TICK}, NULL);
     beat(d);
+    dispatcher_answer_askers(d);
 }
 
 int64_t dispatcher_deadline(const struct dispatcher *d)
 {
-    int64_t deadline_ms = scheduler_deadline(d->scheduler);
+    int64_t deadline_ms = scheduler_deadline(d->scheduler), due_ms = askers_due_ms(&d->askers);
+    deadline_ms = due_ms < deadline_ms ? due_ms : deadline_ms;
     return deadline_ms < d->beat_ms ? deadline_ms : d->beat_ms;
 }
 
@@ -188,11 +190,12 @@ void dispatcher_say_goodbye(struct dispatcher *d, int64_t now_ms)
     for (size_t i = 0; i < d->peer_count; i++)
         dispatcher_send_peer(d, &d->peers[i], (struct message){.kind = MESSAGE_GOODBYE});
     d->ending = true;
+    dispatcher_answer_askers(d);
 }
 
 size_t dispatcher_present(const struct dispatcher *d)
 {
-    size_t present = 0;
+    size_t present = askers_watching(&d->askers, d->now_ms);
     for (size_t i = 0; i < d->peer_count; i++)
         present += !d->peers[i].gone;
     return present;

@@ -1,8 +1,8 @@
 /*
  * The coordinator's side of the conversation with its workers (wire/message.h): admits them, lets the scheduler decide,
- * hands out jobs, assets and bands, and has the results woven together. It is told what arrives and what time it is, and
- * sends through a function that it is given: it has no clock, no sockets, no processes and no threads, so that a test
- * can drive it through any history.
+ * hands out jobs, assets and bands, has the results woven together, and tells who asks how things stand. It is told
+ * what arrives and what time it is, and sends through a function that it is given: it has no clock, no sockets, no
+ * processes and no threads, so that a test can drive it through any history.
  */
 #ifndef WEFT_COORDINATOR_DISPATCHER_H
 #define WEFT_COORDINATOR_DISPATCHER_H
@@ -75,8 +75,8 @@ bool dispatcher_is_over(const struct dispatcher *dispatcher);
 /* STATUS_OK, or what went wrong, with *error set. */
 enum status dispatcher_status(const struct dispatcher *dispatcher, struct error *error);
 
-/* Says goodbye to all workers; from then on only their answers are taken. dispatcher_present says how many have not
- * answered. */
+/* Says goodbye to all workers, and to those who watch how things stand now; from then on only their answers are taken.
+ * dispatcher_present says how many have not answered. */
 void dispatcher_say_goodbye(struct dispatcher *dispatcher, int64_t now_ms);
 size_t dispatcher_present(const struct dispatcher *dispatcher);
 

@@ -212,20 +212,31 @@ static void end_unknown(struct dispatcher *d, const struct wire_peer *address, c
                                                       .refuse.reason = "its connection was lost"});
 }
 
+/* All that its reader can understand are the first fields, which name this side's version. */
+static void refuse_version(struct dispatcher *d, const struct wire_peer *address)
+{
+    dispatcher_send_to(d, address, &(struct message){.kind = MESSAGE_REFUSE,
+                                                  .refuse.reason = "it speaks another version of the protocol"});
+}
+
 void dispatcher_take_message(struct dispatcher *d, const struct wire_peer *from, const void *data, size_t size,
                              int64_t now_ms)
 {
     struct message message;
     struct error error;
     dispatcher_note_time(d, now_ms);
-    if (!from->may_work) /* there is nothing yet that one who may only look could ask for */
-        return;
     if (d->status != STATUS_OK && !d->ending)
         return;
     if (message_decode(&message, data, size, &error) != STATUS_OK) {
-        log_warning("ignored a message: %s", error.text);
+        unsigned version = message_version(data, size);
+        if (from->may_work)
+            log_warning("ignored a message: %s", error.text);
+        if (version > 0 && version != PROTOCOL_VERSION)
+            refuse_version(d, from);
         return;
     }
+    if (dispatcher_take_asker(d, from, &message) || !from->may_work)
+        return;
     struct peer *peer = find_peer(d, from);
     if (message.kind == MESSAGE_HELLO && !d->ending)
         take_hello(d, from, &message);

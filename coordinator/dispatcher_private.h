@@ -2,6 +2,7 @@
 #ifndef WEFT_COORDINATOR_DISPATCHER_PRIVATE_H
 #define WEFT_COORDINATOR_DISPATCHER_PRIVATE_H
 
+#include "coordinator/askers.h"
 #include "coordinator/audit.h"
 #include "coordinator/dispatcher.h"
 #include "coordinator/forecast.h"
@@ -34,6 +35,7 @@ struct dispatcher {
     struct peer_index peers_by_address;
     int64_t started_ms, beat_ms;
     uint32_t refused; /* HELLOs */
+    struct askers askers;
     struct job_snapshot *job_views; /* of dispatcher_snapshot */
     struct worker_snapshot *worker_views;
     struct stretch_snapshot *stretch_views;
@@ -72,6 +74,12 @@ struct peer *dispatcher_peer(struct dispatcher *dispatcher, uint32_t number);
 void dispatcher_audit(struct dispatcher *dispatcher, const struct action *action, const uint8_t *result);
 void dispatcher_undo(struct dispatcher *dispatcher, const struct action *action);
 void dispatcher_restart(struct dispatcher *dispatcher, const struct action *action);
+
+/* Takes what somebody says who asks how things stand; false: it is a worker's. */
+bool dispatcher_take_asker(struct dispatcher *dispatcher, const struct wire_peer *from, const struct message *message);
+
+/* Answers those whose turn it is; when the dispatcher ends, for the last time, all that wait. */
+void dispatcher_answer_askers(struct dispatcher *dispatcher);
 
 /* Remaining time of a job. It begins, or begins anew: what is done counts, at unknown cost. */
 void dispatcher_begin_forecast(struct dispatcher *dispatcher, uint32_t job);

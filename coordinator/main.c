@@ -15,6 +15,7 @@ static const struct {
     {"render", command_render, "render scenes on local and remote workers"},
     {"check", command_check, "check a scene and print what it needs"},
     {"compare", command_compare, "say how far two images are apart"},
+    {"status", command_status, "show what a running coordinator is doing"},
     {"keygen", command_keygen, "make the keys of a farm on several machines"},
 };
 

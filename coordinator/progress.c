@@ -13,6 +13,8 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "coordinator/progress_views.h"
+#include "coordinator/progress_views.h"
+#include "coordinator/snapshot_json.h"
 
 enum { BAR_PERIOD_MS = 100, LINES_PERIOD_MS = 5000, JSON_PERIOD_MS = 250 };
 
@@ -195,7 +197,7 @@ static void write_json(struct progress *progress, const struct snapshot *snapsho
     progress->state_count = snapshot->job_count;
     for (size_t i = 0; i < snapshot->job_count; i++)
         progress->states[i] = snapshot->jobs[i].state;
-    write_view(progress, progress_json, snapshot);
+    write_view(progress, snapshot_write_json, snapshot);
 }
 
 /* --- all modes -------------------------------------------------------------------------------------------- */

@@ -205,38 +205,7 @@ static void put_strip(struct bytes *text, const struct snapshot *snapshot, size_
     put_line(text, &line, columns);
 }
 
-const char *progress_job_state(enum job_state state)
-{
-    static const char *const names[] = {[JOB_WAITING] = "waiting",
-                                        [JOB_SURVEYING] = "surveying",
-                                        [JOB_RUNNING] = "running",
-                                        [JOB_DONE] = "done",
-                                        [JOB_FAILED] = "failed"};
-    return names[state];
-}
-
 /* --- the workers ------------------------------------------------------------------------------------------ */
-
-const char *progress_worker_state(enum worker_state state)
-{
-    static const char *const names[] = {[WORKER_LOADING] = "loading",
-                                        [WORKER_WORKING] = "working",
-                                        [WORKER_IDLE] = "idle",
-                                        [WORKER_DRAINING] = "draining",
-                                        [WORKER_GONE] = "gone"};
-    return names[state];
-}
-
-const char *progress_worker_trouble(enum worker_trouble trouble)
-{
-    static const char *const names[WORKER_TROUBLES] = {[TROUBLE_LOST] = "lost",
-                                                       [TROUBLE_SILENT] = "silent",
-                                                       [TROUBLE_STUCK] = "stuck",
-                                                       [TROUBLE_MISFIT] = "wrong result",
-                                                       [TROUBLE_UNFIT] = "cannot load",
-                                                       [TROUBLE_LIAR] = "wrong bytes"};
-    return names[trouble];
-}
 
 static size_t present_workers(const struct snapshot *snapshot)
 {
@@ -259,12 +228,12 @@ enum { STATE_BYTES = 64 };
 /* "working", "gone: stuck", "working, was lost". */
 static void format_state(char text[STATE_BYTES], const struct worker_snapshot *worker)
 {
-    const char *state = progress_worker_state(worker->state);
+    const char *state = worker_state_name(worker->state);
     if (worker->trouble == TROUBLE_NONE)
         snprintf(text, STATE_BYTES, "%s", state);
     else
         snprintf(text, STATE_BYTES, "%s%s%s", state, worker->state == WORKER_GONE ? ": " : ", was ",
-                 progress_worker_trouble(worker->trouble));
+                 worker_trouble_name(worker->trouble));
 }
 
 static size_t smaller(size_t a, size_t b)

@@ -1,5 +1,6 @@
 /*
- * The views of a snapshot as text. Pure: the same snapshot and size give the same text.
+ * The views of a snapshot for people (snapshot_json.h has the one for programs). Pure: the same snapshot and size give
+ * the same text.
  */
 #ifndef WEFT_COORDINATOR_PROGRESS_VIEWS_H
 #define WEFT_COORDINATOR_PROGRESS_VIEWS_H
@@ -9,7 +10,7 @@
 #include "base/bytes.h"
 #include "coordinator/snapshot.h"
 
-/* These three append to *text, where a NUL that `size` does not count follows. */
+/* These append to *text, where a NUL that `size` does not count follows. */
 
 /* The block for a terminal of that size: the job that is under way, its picture as a strip (the top is on the left),
  * its figures and a line a worker, as much of these as fits, figures and strip before the rest. At most rows - 2 lines, each
@@ -23,15 +24,5 @@ void progress_block(struct bytes *text, const struct snapshot *snapshot, size_t 
 
 /* One plain line with its newline, or nothing if there is no job. */
 void progress_line(struct bytes *text, const struct snapshot *snapshot);
-
-/* One JSON object with a newline, as snapshot.schema.json describes it. */
-void progress_json(struct bytes *text, const struct snapshot *snapshot);
-
-/* One word in lower case, the same in every view. */
-const char *progress_job_state(enum job_state state);
-const char *progress_worker_state(enum worker_state state);
-
-/* The same in few words; not of TROUBLE_NONE. */
-const char *progress_worker_trouble(enum worker_trouble trouble);
 
 #endif

@@ -141,7 +141,7 @@ static void put_worker(struct bytes *text, const struct worker_snapshot *worker)
     text_put(text, ",\"pid\":%" PRIu32 ",\"threads\":%" PRIu32 ",", worker->pid, worker->threads);
     json_text_string(text, "kernel", worker->kernel);
     text_put(text, ",\"state\":\"%s\",\"bands\":%" PRIu32 ",\"rows\":%" PRIu64 ",\"rays\":%" PRIu64 "}",
-             progress_worker_state(worker->state), worker->bands_done, worker->rows_done, worker->rays);
+             worker_state_name(worker->state), worker->bands_done, worker->rows_done, worker->rays);
 }
 
 /* --- all of it -------------------------------------------------------------------------------------------- */
@@ -154,7 +154,7 @@ static void put_job(struct bytes *text, const struct render_job *job, double sec
     json_text_string(text, "source", job->source);
     text_put(text, ",");
     json_text_string(text, "output", job->output_path);
-    text_put(text, ",\"state\":\"%s\",\n   ", progress_job_state(job->state));
+    text_put(text, ",\"state\":\"%s\",\n   ", job_state_name(job->state));
     put_settings(text, job);
     text_put(text, ",\n   ");
     put_sampling(text, job);

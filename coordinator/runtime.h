@@ -14,4 +14,9 @@ enum status runtime_endpoint(char endpoint[WIRE_ENDPOINT_BYTES], struct error *e
 /* Removes the file of an endpoint made by runtime_endpoint. */
 void runtime_endpoint_remove(const char *endpoint);
 
+/* Finds the coordinators of this user that run: those of its sessions, and if there is none, those of /tmp. Writes the
+ * endpoints of the first `max` of them and returns how many there are. Another process that has the number of one that
+ * was killed passes for it. */
+size_t runtime_find(char (*endpoints)[WIRE_ENDPOINT_BYTES], size_t max);
+
 #endif

@@ -15,6 +15,7 @@ enum worker_state {
     WORKER_IDLE,    /* ready, without a band */
     WORKER_DRAINING,
     WORKER_GONE,    /* died, was lost, or said goodbye */
+    WORKER_STATES,
 };
 
 /* The last that went wrong with a worker, or with the same process when it was another worker. */
@@ -41,7 +42,7 @@ struct worker_snapshot {
     enum worker_trouble trouble;
 };
 
-enum stretch_state { STRETCH_WAITING, STRETCH_IN_WORK, STRETCH_DONE };
+enum stretch_state { STRETCH_WAITING, STRETCH_IN_WORK, STRETCH_DONE, STRETCH_STATES };
 
 /* A stretch of a picture's rows: a band in work, or bands side by side that are all done or all wait. */
 struct stretch_snapshot {
@@ -50,7 +51,7 @@ struct stretch_snapshot {
     uint32_t worker; /* in work: the number of one who has it; else 0 */
 };
 
-enum job_state { JOB_WAITING, JOB_SURVEYING, JOB_RUNNING, JOB_DONE, JOB_FAILED };
+enum job_state { JOB_WAITING, JOB_SURVEYING, JOB_RUNNING, JOB_DONE, JOB_FAILED, JOB_STATES };
 
 /* One scene of the command. */
 struct job_snapshot {
@@ -78,5 +79,11 @@ struct snapshot {
     const struct job_snapshot *jobs; /* in the order of the command */
     const struct worker_snapshot *workers; /* in the order of joining, those that are gone included */
 };
+
+/* A word or two in lower case, the same in every view. NULL of TROUBLE_NONE. */
+const char *job_state_name(enum job_state state);
+const char *stretch_state_name(enum stretch_state state);
+const char *worker_state_name(enum worker_state state);
+const char *worker_trouble_name(enum worker_trouble trouble);
 
 #endif

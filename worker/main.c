@@ -2,6 +2,7 @@
 #include <errno.h>
 #include <poll.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/signalfd.h>
@@ -232,13 +233,26 @@ static void handle(struct worker *w, const struct session_event *event)
 
 /* --- what happens ----------------------------------------------------------------------------------------- */
 
+/* Of a message of another version no more is understood than that: it comes from a coordinator that has no use for this
+ * worker. */
+static void take_foreign(struct worker *w, unsigned version)
+{
+    struct message refusal = {.kind = MESSAGE_REFUSE};
+    snprintf(refusal.refuse.reason, sizeof refusal.refuse.reason,
+             "it speaks version %u of the protocol, this worker version %d", version, PROTOCOL_VERSION);
+    handle(w, &(struct session_event){.kind = SESSION_MESSAGE, .message = &refusal});
+}
+
 static void take_messages(struct worker *w)
 {
     struct bytes data = {0};
     while (!w->ended && wire_client_receive(w->client, &data)) {
         struct message message;
         struct error error;
-        if (message_decode(&message, data.data, data.size, &error) == STATUS_OK)
+        unsigned version = message_version(data.data, data.size);
+        if (version > 0 && version != PROTOCOL_VERSION)
+            take_foreign(w, version);
+        else if (message_decode(&message, data.data, data.size, &error) == STATUS_OK)
             handle(w, &(struct session_event){.kind = SESSION_MESSAGE, .message = &message});
         else
             log_warning("ignored a message: %s", error.text);

@@ -10,7 +10,8 @@
  *   workers          public keys that may join as workers
  *   watchers         public keys that may only look
  *
- * A coordinator reads coordinator.key, workers and watchers, a worker coordinator.pub and worker.key.
+ * A coordinator reads coordinator.key, workers and watchers, a worker coordinator.pub and worker.key, a watcher
+ * coordinator.pub and watcher.key; a worker may also look.
  */
 #ifndef WEFT_WIRE_KEYS_H
 #define WEFT_WIRE_KEYS_H
@@ -23,14 +24,17 @@ struct coordinator_keys {
     struct key_list workers, watchers; /* a key in both is a worker's */
 };
 
+/* Of a worker, or of a watcher. */
 struct worker_keys {
     struct key secret, coordinator;
 };
 
-/* Read a folder. STATUS_INPUT with a sentence about the file otherwise, and *keys is all zero. What they read is to be
- * finished, which also wipes the secrets and leaves all zero; finishing that once more does no harm. */
+/* Read a folder; that of a watcher worker.key where it has no watcher.key. STATUS_INPUT with a sentence about the file
+ * otherwise, and *keys is all zero. What they read is to be finished, which also wipes the secrets and leaves all zero;
+ * finishing that once more does no harm. */
 enum status coordinator_keys_read(struct coordinator_keys *keys, const char *folder, struct error *error);
 enum status worker_keys_read(struct worker_keys *keys, const char *folder, struct error *error);
+enum status watcher_keys_read(struct worker_keys *keys, const char *folder, struct error *error);
 void coordinator_keys_finish(struct coordinator_keys *keys);
 void worker_keys_finish(struct worker_keys *keys);
 

@@ -286,6 +286,37 @@ static void get_beat(struct message *message, struct decoder *in)
     message->beat.rays = get_u64(in);
 }
 
+static void put_ask(const struct message *message, struct bytes *out)
+{
+    bytes_put_u64(out, message->ask.number);
+    bytes_put_u64(out, message->ask.ticket);
+    bytes_put_u32(out, message->ask.pause_ms);
+}
+
+static void get_ask(struct message *message, struct decoder *in)
+{
+    message->ask.number = get_u64(in);
+    message->ask.ticket = get_u64(in);
+    message->ask.pause_ms = get_u32_within(in, "pause_ms", 0, MESSAGE_PAUSE_MAX_MS);
+}
+
+static void put_status(const struct message *message, struct bytes *out)
+{
+    bytes_put_u64(out, message->status.number);
+    bytes_put_u64(out, message->status.ticket);
+    bytes_put_u8(out, message->status.last);
+    put_chunk(out, message->status.offset, message->status.total, message->status.data, message->status.size);
+}
+
+static void get_status(struct message *message, struct decoder *in)
+{
+    message->status.number = get_u64(in);
+    message->status.ticket = get_u64(in);
+    message->status.last = get_choice(in, "last", 2);
+    get_chunk(in, &message->status.offset, &message->status.total, &message->status.data, &message->status.size);
+    require(in, "total", message->status.total, 0, MESSAGE_STATUS_MAX);
+}
+
 /* WELCOME, DRAIN and GOODBYE: their epoch says it all. */
 static void put_nothing(const struct message *message, struct bytes *out)
 {
@@ -323,6 +354,8 @@ static const struct {
     [MESSAGE_END] = {"END", put_end, get_end, UINT64_MAX},
     [MESSAGE_BEAT] = {"BEAT", put_beat, get_beat, UINT64_MAX},
     [MESSAGE_GOODBYE] = {"GOODBYE", put_nothing, get_nothing, UINT64_MAX},
+    [MESSAGE_ASK] = {"ASK", put_ask, get_ask, 0},
+    [MESSAGE_STATUS] = {"STATUS", put_status, get_status, 0},
 };
 
 static bool kind_is_known(unsigned kind)
@@ -343,6 +376,13 @@ void message_encode(const struct message *message, struct bytes *out)
     bytes_put_u8(out, (uint8_t)message->kind);
     bytes_put_u64(out, message->epoch);
     kinds[message->kind].put(message, out);
+}
+
+unsigned message_version(const void *data, size_t size)
+{
+    struct byte_reader reader = byte_reader_of(data, size);
+    const uint8_t *start = byte_reader_take(&reader, sizeof magic);
+    return start && memcmp(start, magic, sizeof magic) == 0 ? byte_reader_u16(&reader) : 0;
 }
 
 /* Reads magic, version and kind. What follows the version may look different in another version, so that is

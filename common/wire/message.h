@@ -12,6 +12,13 @@
  * RESULT chunks, which it keeps until the ACK. REVOKE takes a band back. END closes a job. DRAIN says that the
  * worker wants no more bands: it will end when those it holds are done. Both sides send a BEAT every second;
  * GOODBYE ends the conversation; so does a REFUSE within it, after which the worker may say HELLO again.
+ *
+ * Who only wants to know how things stand says ASK, and hears STATUS chunks. The first answer to a newcomer is empty
+ * and gives a ticket; every further ASK shows the ticket of the answer before, which proves that it was read: so who
+ * does not read cannot make answers pile up. GOODBYE says that no more are wanted.
+ *
+ * A message of another protocol version is answered by a REFUSE, whose first fields no version may change: its reader
+ * finds no message of his own version, but learns of the other.
  */
 #ifndef WEFT_WIRE_MESSAGE_H
 #define WEFT_WIRE_MESSAGE_H
@@ -36,6 +43,8 @@ enum {
     MESSAGE_THRESHOLD_MAX = 255,
     MESSAGE_FILTERS = 2,                      /* as enum pixel_filter */
     MESSAGE_PIXEL_FORMATS = 3,                /* as enum pixel_format */
+    MESSAGE_STATUS_MAX = 8 * 1024 * 1024,     /* bytes of a whole status */
+    MESSAGE_PAUSE_MAX_MS = 60000,
 };
 
 enum message_kind {
@@ -58,6 +67,9 @@ enum message_kind {
     /* both */
     MESSAGE_BEAT,
     MESSAGE_GOODBYE,
+    /* whoever looks to coordinator, and its answer */
+    MESSAGE_ASK,
+    MESSAGE_STATUS,
     MESSAGE_KINDS,
 };
 
@@ -81,7 +93,7 @@ struct band_sampling {
 
 struct message {
     enum message_kind kind;
-    uint64_t epoch; /* 0 in HELLO, and in REFUSE as an answer to it */
+    uint64_t epoch; /* 0 in HELLO, in REFUSE as an answer to it, and between a coordinator and who asks it */
     union {
         struct {
             struct digest core_revision; /* of the tracing core's sources */
@@ -145,6 +157,18 @@ struct message {
             uint64_t progress; /* batches of rays traced since the worker started; 0 from a coordinator */
             uint64_t rays;     /* traced since the worker started; 0 from a coordinator */
         } beat;
+        struct {
+            uint64_t number;   /* the asker's own; its answer repeats it */
+            uint64_t ticket;   /* of the answer before; 0: there was none */
+            uint32_t pause_ms; /* from the last answer to this one, 0..MESSAGE_PAUSE_MAX_MS; 0: it is the only one */
+        } ask;
+        struct {
+            uint64_t number, ticket;
+            uint8_t last;           /* 0 or 1: the coordinator ends, and there will be no other */
+            uint64_t offset, total; /* bytes of the whole, at most MESSAGE_STATUS_MAX; total 0: only a ticket */
+            const uint8_t *data;    /* of a snapshot as JSON; borrowed; size and offset as of an asset's chunk */
+            uint32_t size;
+        } status;
     };
 };
 
@@ -154,6 +178,9 @@ void message_encode(const struct message *message, struct bytes *out);
 /* Decodes data[size]; data pointers in *message borrow from it. On failure STATUS_INPUT, and *message is
  * unspecified. A message of another protocol version fails with a sentence that names both versions. */
 enum status message_decode(struct message *message, const void *data, size_t size, struct error *error);
+
+/* The protocol version of a message, whatever the rest of it is; 0: it is not one of weft's. */
+unsigned message_version(const void *data, size_t size);
 
 /* "HELLO" and so on, for logs. */
 const char *message_kind_name(enum message_kind kind);

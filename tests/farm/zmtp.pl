@@ -1,14 +1,16 @@
 # One end of a ZeroMQ connection by hand (ZMTP 3.0 with the NULL mechanism, rfc.zeromq.org/spec/23), to say to weft's
 # programs what they would not say to one another. Messages are lines of hexadecimal digits.
 #
-#   perl zmtp.pl dealer PORT     connects to 127.0.0.1:PORT, sends the message on standard input, prints the answer
+#   perl zmtp.pl dealer PORT [TIMES]
+#                                connects to 127.0.0.1:PORT, sends the message on standard input (so often, without
+#                                hearing what is answered), prints the first answer
 #   perl zmtp.pl router          listens on a free port and prints it; then prints the first message that comes, and
 #                                sends the message on standard input
 use strict;
 use warnings;
 use IO::Socket::INET;
 
-my ($role, $port) = @ARGV;
+my ($role, $port, $times) = @ARGV;
 $| = 1;
 alarm 20; # whatever happens, this ends
 
@@ -63,7 +65,7 @@ print unpack('H*', take_message($socket)), "\n" if $role eq 'router';
 my $line = <STDIN>;
 if (defined $line) {
     chomp $line;
-    put_frame($socket, 0, pack('H*', $line));
+    put_frame($socket, 0, pack('H*', $line)) for 1 .. $times // 1;
 }
 print unpack('H*', take_message($socket)), "\n" if $role eq 'dealer';
 take_frame($socket) while $role eq 'router'; # until the other end has gone

@@ -6,7 +6,7 @@
 # a folder here, and scp copies between them; 192.0.2.1 is 127.0.0.1, and port 7420 one that is free. Pictures are
 # rendered small, make only says what it would do, and man may be missing. Workers run beside what follows them, as they
 # would in another window. Scenes are literal displays behind their file names in weft-scene(5), and blocks of json in
-# scenes/README.md.
+# scenes/README.md. What asks for the status of a render has one beside it, which takes some seconds.
 . tests/tap.sh
 
 hold_port
@@ -60,7 +60,9 @@ run_page() {
     while read -r machine command; do
         mkdir -p "$root/$machine"
         ln -sfn "$tmp/bin" "$root/$machine/build"
-        if [[ $command =~ ^(build/)?weft-worker ]]; then
+        if [[ $command =~ ^(build/)?weft\ status ]]; then
+            run_beside "$root" "$page: $command" bash -c "cd '$root/$machine' && $command"
+        elif [[ $command =~ ^(build/)?weft-worker ]]; then
             start "$page.${#workers[@]}" bash -c "cd '$root/$machine' && exec $command"
             workers+=("$pid $command")
         else
@@ -68,6 +70,20 @@ run_page() {
         fi
     done < <(commands_of "$1")
     end_workers "$page" "${workers[@]}"
+}
+
+# run_beside FOLDER NAME COMMAND...: beside a render, with the farm's keys if there are some.
+run_beside() {
+    local root=$1 name=$2 keyed=()
+    shift 2
+    [ ! -d "$root/here/keys" ] || keyed=(--keys "$root/here/keys")
+    start beside "$weft" render "${slow[@]}" --samples 600 --listen "tcp://127.0.0.1:$port" "${keyed[@]}" \
+        -o "$root/beside.png"
+    local render=$pid
+    listening beside
+    exits 0 "$name" "$@"
+    kill -TERM "$render" 2>/dev/null
+    wait "$render"
 }
 
 # end_workers PAGE WORKER...: a worker is its id and command. Those that do not end with their coordinator are told to,

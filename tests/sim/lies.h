@@ -10,7 +10,8 @@
 static void say_lie(struct worker *w, struct message lie)
 {
     struct bytes bytes = {0};
-    lie.epoch = lie.kind == MESSAGE_HELLO || lie.kind == MESSAGE_REFUSE ? 0 : w->epoch ^ chance(10);
+    bool first = lie.kind == MESSAGE_HELLO || lie.kind == MESSAGE_REFUSE || lie.kind == MESSAGE_ASK;
+    lie.epoch = first ? 0 : w->epoch ^ chance(10);
     message_encode(&lie, &bytes);
     network_send_up(w->link, bytes.data, bytes.size);
     bytes_finish(&bytes);
@@ -50,11 +51,11 @@ static void say_hello(struct worker *w)
         .credit = 4 * MESSAGE_THREADS_MAX}});
 }
 
-/* What only a coordinator has to say, or nobody. */
+/* What only a coordinator has to say, or who is no worker. */
 static void say_out_of_place(struct worker *w)
 {
     static const enum message_kind kinds[] = {MESSAGE_WELCOME, MESSAGE_REFUSE, MESSAGE_ACK, MESSAGE_REVOKE,
-                                              MESSAGE_END};
+                                              MESSAGE_END,     MESSAGE_ASK};
     say_lie(w, (struct message){.kind = kinds[draw(0, sizeof kinds / sizeof *kinds - 1)]});
 }
 

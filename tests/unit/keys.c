@@ -222,6 +222,31 @@ static void test_folder(void **state)
     assert_null(coordinator.workers.keys);
 }
 
+/* A worker's folder will do, where there is no other. */
+static void test_watcher(void **state)
+{
+    (void)state;
+    struct worker_keys watcher, worker;
+    char farm[48], loom[48];
+    snprintf(farm, sizeof farm, "%s/watched", folder);
+    snprintf(loom, sizeof loom, "%s/watched/loom", folder);
+    assert_int_equal(keys_make(farm, &error), STATUS_OK);
+    assert_int_equal(keys_add_worker(farm, "loom", &error), STATUS_OK);
+    assert_int_equal(watcher_keys_read(&watcher, farm, &error), STATUS_OK);
+    assert_int_equal(worker_keys_read(&worker, farm, &error), STATUS_OK);
+    assert_memory_equal(&watcher.coordinator, &worker.coordinator, sizeof worker.coordinator);
+    assert_memory_not_equal(&watcher.secret, &worker.secret, sizeof worker.secret);
+    assert_int_equal(worker_keys_read(&worker, loom, &error), STATUS_OK);
+    assert_int_equal(watcher_keys_read(&watcher, loom, &error), STATUS_OK);
+    assert_memory_equal(&watcher, &worker, sizeof worker);
+    worker_keys_finish(&worker);
+    worker_keys_finish(&watcher);
+    unlink(in_folder("watched/loom/worker.key"));
+    assert_int_equal(watcher_keys_read(&watcher, loom, &error), STATUS_INPUT);
+    in_folder("watched/loom/watcher.key");
+    assert_says(": cannot be opened: No such file or directory");
+}
+
 static int make_folder(void **state)
 {
     (void)state;
@@ -254,6 +279,7 @@ int main(void)
         cmocka_unit_test_setup(test_list, use_file),
         cmocka_unit_test_setup(test_broken_list, use_file),
         cmocka_unit_test_setup(test_folder, use_file),
+        cmocka_unit_test_setup(test_watcher, use_file),
     };
     return cmocka_run_group_tests_name("keys", tests, make_folder, remove_folder);
 }

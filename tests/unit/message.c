@@ -90,6 +90,22 @@ static void random_band(struct message *message)
     message->band.sampling.threshold = (uint32_t)random_within(0, MESSAGE_THRESHOLD_MAX);
 }
 
+static void random_status(struct message *message)
+{
+    message->status.number = random_u64();
+    message->status.ticket = random_u64();
+    message->status.last = (uint8_t)random_within(0, 1);
+    message->status.size = (uint32_t)random_within(0, 300);
+    message->status.total = random_within(message->status.size, MESSAGE_STATUS_MAX);
+    message->status.offset = random_within(0, message->status.total - message->status.size);
+    message->status.data = body + random_within(0, MESSAGE_CHUNK_MAX - message->status.size);
+}
+
+static bool has_epoch(enum message_kind kind)
+{
+    return kind != MESSAGE_HELLO && kind != MESSAGE_ASK && kind != MESSAGE_STATUS;
+}
+
 static void random_body(struct message *message)
 {
     switch (message->kind) {
@@ -120,6 +136,12 @@ static void random_body(struct message *message)
         message->beat.progress = random_u64();
         message->beat.rays = random_u64();
         break;
+    case MESSAGE_ASK:
+        message->ask.number = random_u64();
+        message->ask.ticket = random_u64();
+        message->ask.pause_ms = (uint32_t)random_within(0, MESSAGE_PAUSE_MAX_MS);
+        break;
+    case MESSAGE_STATUS: random_status(message); break;
     default: break;
     }
 }
@@ -129,7 +151,7 @@ static void random_message(struct message *message, enum message_kind kind)
 {
     memset(message, 0, sizeof *message);
     message->kind = kind;
-    if (kind != MESSAGE_HELLO)
+    if (has_epoch(kind))
         message->epoch = random_u64();
     if (kind == MESSAGE_HELLO)
         random_hello(message);
@@ -179,6 +201,11 @@ static struct bytes small(enum message_kind kind)
         *total = 20;
         *(kind == MESSAGE_RESULT ? &message.result.size : &message.asset.size) = 5;
     }
+    if (kind == MESSAGE_STATUS) {
+        message.status.offset = 10;
+        message.status.total = 20;
+        message.status.size = 5;
+    }
     struct bytes bytes = {0};
     message_encode(&message, &bytes);
     return bytes;
@@ -203,6 +230,10 @@ static void assert_same(const struct message *a, struct message *b)
     if (a->kind == MESSAGE_RESULT) {
         assert_memory_equal(a->result.data, b->result.data, a->result.size);
         b->result.data = a->result.data;
+    }
+    if (a->kind == MESSAGE_STATUS) {
+        assert_memory_equal(a->status.data, b->status.data, a->status.size);
+        b->status.data = a->status.data;
     }
     assert_memory_equal(a, b, sizeof *a);
 }
@@ -281,11 +312,15 @@ static void test_wrong_start(void **state)
     static const unsigned wrong_kinds[] = {0, MESSAGE_KINDS, 255};
     for (size_t i = 0; i < 3; i++) {
         overwrite(&bytes, 6, wrong_kinds[i], 1);
-        assert_refused(&bytes, "expected a kind from 1 to 16");
+        assert_refused(&bytes, "expected a kind from 1 to 18");
     }
     overwrite(&bytes, 4, 259, 2);
     bytes.size = 6; /* nothing behind the version counts */
     assert_refused(&bytes, "expected protocol version 2, found version 259");
+    assert_int_equal(message_version(bytes.data, 6), 259);
+    assert_int_equal(message_version(bytes.data, 5), 0);
+    bytes.data[0] ^= 1;
+    assert_int_equal(message_version(bytes.data, 6), 0);
     bytes_finish(&bytes);
 }
 
@@ -338,6 +373,16 @@ static const struct {
     {MESSAGE_RESULT, 35, 8, 14, "RESULT: offset"},
     {MESSAGE_RESULT, 35, 8, 0, "RESULT: size"},
     {MESSAGE_RESULT, 43, 4, 262145, "RESULT: size: expected 0 to 262144, found 262145"},
+    {MESSAGE_ASK, 7, 8, 1, "ASK: epoch"},
+    {MESSAGE_ASK, -4, 4, 60000, NULL},
+    {MESSAGE_ASK, -4, 4, 60001, "ASK: pause_ms"},
+    {MESSAGE_STATUS, 7, 8, 1, "STATUS: epoch"},
+    {MESSAGE_STATUS, 31, 1, 2, "STATUS: last"},
+    {MESSAGE_STATUS, 32, 8, 15, NULL},
+    {MESSAGE_STATUS, 32, 8, 16, "STATUS: offset"},
+    {MESSAGE_STATUS, 40, 8, 8 << 20, NULL},
+    {MESSAGE_STATUS, 40, 8, (8 << 20) + 1, "STATUS: total"},
+    {MESSAGE_STATUS, 40, 8, 14, "STATUS: offset"},
     {MESSAGE_BAND, -24, 4, 0, NULL},
     {MESSAGE_BAND, -24, 4, 1, NULL},
     {MESSAGE_BAND, -24, 4, 2, "BAND: pass"},

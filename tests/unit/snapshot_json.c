@@ -10,13 +10,13 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
-#include "coordinator/progress_views.h"
+#include "coordinator/snapshot_json.h"
 #include "tests/unit/progress_help.h"
 
 static cJSON *json_of(const struct farm *farm)
 {
     struct bytes text = {0};
-    progress_json(&text, &farm->snapshot);
+    snapshot_write_json(&text, &farm->snapshot);
     assert_int_equal(count_lines((const char *)text.data), 1);
     assert_int_equal(text.data[text.size - 1], '\n');
     cJSON *json = cJSON_ParseWithOpts((const char *)text.data, NULL, true);

@@ -1,4 +1,4 @@
-#include "coordinator/progress_views.h"
+#include "coordinator/snapshot_json.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -8,10 +8,8 @@
 
 static void put_stretch(struct bytes *text, const struct stretch_snapshot *stretch)
 {
-    static const char *const states[] = {
-        [STRETCH_WAITING] = "waiting", [STRETCH_IN_WORK] = "in work", [STRETCH_DONE] = "done"};
     text_put(text, "{\"first_row\":%" PRIu32 ",\"rows\":%" PRIu32 ",\"state\":\"%s\",", stretch->first_row,
-             stretch->rows, states[stretch->state]);
+             stretch->rows, stretch_state_name(stretch->state));
     json_text_number(text, "worker", stretch->worker > 0 ? stretch->worker : NAN, 0);
     text_put(text, "}");
 }
@@ -23,7 +21,7 @@ static void put_job(struct bytes *text, const struct job_snapshot *job)
     text_put(text, ",");
     json_text_string(text, "output", job->output);
     text_put(text, ",\"state\":\"%s\",\"width\":%" PRIu32 ",\"height\":%" PRIu32 ",\"samples_max\":%" PRIu32 ",",
-             progress_job_state(job->state), job->width, job->height, job->samples_max);
+             job_state_name(job->state), job->width, job->height, job->samples_max);
     json_text_number(text, "samples", job->samples > 0 ? job->samples : NAN, 3);
     text_put(text, ",");
     json_text_number(text, "error", job->error > 0 ? job->error : NAN, 9);
@@ -49,16 +47,16 @@ static void put_worker(struct bytes *text, const struct worker_snapshot *worker)
     text_put(text, ",\"pid\":%" PRIu32 ",\"threads\":%" PRIu32 ",", worker->pid, worker->threads);
     json_text_string(text, "kernel", worker->kernel);
     text_put(text, ",\"state\":\"%s\",\"bands_held\":%" PRIu32 ",\"bands_done\":%" PRIu32,
-             progress_worker_state(worker->state), worker->bands_held, worker->bands_done);
+             worker_state_name(worker->state), worker->bands_held, worker->bands_done);
     text_put(text, ",\"rows_done\":%" PRIu64 ",\"rays\":%" PRIu64 ",", worker->rows_done, worker->rays);
     json_text_number(text, "rays_per_second", worker->rays_per_second, 3);
     if (worker->trouble == TROUBLE_NONE)
         text_put(text, ",\"trouble\":null}");
     else
-        text_put(text, ",\"trouble\":\"%s\"}", progress_worker_trouble(worker->trouble));
+        text_put(text, ",\"trouble\":\"%s\"}", worker_trouble_name(worker->trouble));
 }
 
-void progress_json(struct bytes *text, const struct snapshot *snapshot)
+void snapshot_write_json(struct bytes *text, const struct snapshot *snapshot)
 {
     text_put(text, "{");
     json_text_number(text, "elapsed", snapshot->elapsed_seconds, 3);
