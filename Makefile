@@ -28,7 +28,7 @@ CFLAGS  = -std=c11 $(CFLAGS_$(MODE)) $(WARN) $(NUMERIC) -pthread
 LDFLAGS_sanitize = -fsanitize=address,undefined
 LDFLAGS_fuzz     = -fsanitize=fuzzer,address,undefined
 LDFLAGS = $(LDFLAGS_$(MODE)) -pthread
-LDLIBS  = -lzmq -lcjson -lpng -lsodium -lm
+LDLIBS  = -lzmq -lcjson -lpng -lsodium -lmicrohttpd -lm
 TEST_LIBS = -lcmocka -lmpfr -lgmp -lquadmath
 Q       = $(if $(V),,@) # make V=1 shows the commands
 
@@ -117,6 +117,15 @@ $(B)/obj/%.o: %.c $(B)/core_revision.h Makefile | $(B)/dependencies
 	@mkdir -p $(@D)
 	$(if $(V),,@echo '  CC   $<')
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) $(if $(filter common/%,$<),$(NO_X87)) -MMD -MP -c -o $@ $<
+
+# The files of the status page, as arrays of bytes that page.c includes.
+PAGE = $(wildcard coordinator/page/*)
+$(B)/page_data.h: $(PAGE) Makefile
+	@mkdir -p $(@D)
+	@for file in $(PAGE); do \
+	    echo "static const unsigned char page_$$(basename $$file | tr . _)[] = {"; \
+	    od -v -An -tu1 $$file | sed -E 's/([0-9]+)/\1,/g'; echo '};'; done >$@
+$(B)/obj/coordinator/page.o: $(B)/page_data.h
 
 define LANES_RULE
 $(B)/obj/common/trace/lanes/%.$(1).o: common/trace/lanes/%.c $(B)/core_revision.h Makefile | $(B)/dependencies

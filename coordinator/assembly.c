@@ -58,7 +58,7 @@ struct assembly *assembly_create(const struct assembly_paths *paths, const struc
     struct assembly *a = memory_array(1, sizeof *a);
     a->width = description->width;
     a->height = description->height;
-    a->layout = row_layout_of(a->width, pixel_format_bytes(description->format), assembly_needs_maps(paths));
+    a->layout = row_layout_of(a->width, pixel_format_bytes(description->format), assembly_has_maps(paths));
     const char *const names[FILES] = {paths->picture, paths->sample_map, paths->error_map};
     for (int i = 0; i < FILES; i++)
         a->names[i] = names[i] ? memory_string(names[i]) : NULL;

@@ -19,12 +19,13 @@ struct assembly;
 /* Files to write; NULL: not that map. */
 struct assembly_paths {
     const char *picture, *sample_map, *error_map;
+    bool maps; /* the records have maps though none is written */
 };
 
-/* Whether the records need maps. */
-static inline bool assembly_needs_maps(const struct assembly_paths *paths)
+/* Whether the records have maps. */
+static inline bool assembly_has_maps(const struct assembly_paths *paths)
 {
-    return paths->sample_map || paths->error_map;
+    return paths->sample_map || paths->error_map || paths->maps;
 }
 
 /* Opens the outputs (image/writer.h says how): the picture as described, maps as PNGs of 8 bits and its size with its

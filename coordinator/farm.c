@@ -21,6 +21,7 @@
 struct farm {
     struct farm_config config;
     struct progress *progress;
+    struct http_server *http;
     struct wire_server *server;
     char private_endpoint[WIRE_ENDPOINT_BYTES];
     struct local_workers local;
@@ -137,6 +138,11 @@ void farm_set_progress(struct farm *farm, struct progress *progress)
     farm->progress = progress;
 }
 
+void farm_set_http(struct farm *farm, struct http_server *http)
+{
+    farm->http = http;
+}
+
 /* --- running ---------------------------------------------------------------------------------------------- */
 
 static void say_how(pid_t pid, int how)
@@ -244,7 +250,9 @@ static int wait_ms(const struct farm *farm)
     int64_t now_ms = clock_now_ms(), until = dispatcher_deadline(farm->dispatcher);
     int wait = until <= now_ms ? 0 : (int)(until - now_ms);
     int progress = farm->progress ? progress_wait_ms(farm->progress, now_ms) : -1;
-    return progress >= 0 && progress < wait ? progress : wait;
+    int http = farm->http ? http_wait_ms(farm->http, now_ms) : -1;
+    wait = progress >= 0 && progress < wait ? progress : wait;
+    return http >= 0 && http < wait ? http : wait;
 }
 
 static void tell_done(struct farm *farm, farm_job_done *done, void *context)
@@ -257,25 +265,38 @@ static void tell_done(struct farm *farm, farm_job_done *done, void *context)
         done(job, context);
 }
 
-/* Shows the present state, if progress is shown and it is time to; `last` shows it in any case. */
+/* Shows the present state where it is time to; `last` shows it in any case. */
 static void show(struct farm *farm, bool last)
 {
     int64_t now_ms = clock_now_ms();
-    if (!farm->progress || (!last && progress_wait_ms(farm->progress, now_ms) > 0))
+    bool progress = farm->progress && (last || progress_wait_ms(farm->progress, now_ms) == 0);
+    bool http = farm->http && (last || http_wait_ms(farm->http, now_ms) == 0);
+    if (!progress && !http)
         return;
     struct snapshot snapshot = farm_snapshot(farm);
-    if (last)
+    if (http)
+        http_publish(farm->http, &snapshot, now_ms, last);
+    if (progress && last)
         progress_finish(farm->progress, &snapshot, now_ms);
-    else
+    else if (progress)
         progress_update(farm->progress, &snapshot, now_ms);
+}
+
+/* Waits for messages, signals, outputs that are complete, who wants to see the state, and what is due. */
+static void wait_for_work(struct farm *farm)
+{
+    struct pollfd fds[3] = {{.fd = farm->signals, .events = POLLIN}, {.fd = farm->bell, .events = POLLIN}};
+    size_t count = 2;
+    if (farm->http)
+        fds[count++] = (struct pollfd){.fd = http_bell(farm->http), .events = POLLIN};
+    wire_server_wait(farm->server, fds, count, wait_ms(farm));
 }
 
 enum status farm_run(struct farm *farm, farm_job_done *done, void *context, int *interrupted, struct error *error)
 {
     *interrupted = 0;
     while (!dispatcher_is_over(farm->dispatcher)) {
-        struct pollfd fds[] = {{.fd = farm->signals, .events = POLLIN}, {.fd = farm->bell, .events = POLLIN}};
-        wire_server_wait(farm->server, fds, sizeof fds / sizeof *fds, wait_ms(farm));
+        wait_for_work(farm);
         *interrupted = take_signals(farm);
         if (*interrupted)
             break;

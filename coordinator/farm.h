@@ -6,6 +6,7 @@
 #define WEFT_COORDINATOR_FARM_H
 
 #include "base/error.h"
+#include "coordinator/http.h"
 #include "coordinator/progress.h"
 #include "coordinator/render_job.h"
 #include "wire/keys.h"
@@ -32,6 +33,9 @@ void farm_add_job(struct farm *farm, struct render_job *job);
 
 /* Shows progress there from now on. Borrowed; NULL: nowhere. */
 void farm_set_progress(struct farm *farm, struct progress *progress);
+
+/* Shows the state there from now on, to whoever looks. Borrowed; NULL: to nobody. */
+void farm_set_http(struct farm *farm, struct http_server *http);
 
 /* Called when a job's output is complete. */
 typedef void farm_job_done(const struct render_job *job, void *context);

@@ -49,6 +49,9 @@ struct journal;
 struct journal *journal_open(const char *output, const struct journal_key *key, bool resume, enum status *status,
                              struct error *error);
 
+/* Whether a journal that an earlier run left beside that output has that key, so that it could be resumed. */
+bool journal_is_left(const char *output, const struct journal_key *key);
+
 /* Before anything is added: the next entry that an earlier run left, a band and its bytes into *data, replacing what that
  * held, or that a band before it is undone. False after the last that is whole; a journal that goes on behind it is cut
  * there, and that is said. */

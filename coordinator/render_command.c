@@ -19,7 +19,8 @@
 
 enum { OPTION_BITS = 256, OPTION_SAMPLES, OPTION_ERROR, OPTION_MAX_SAMPLES, OPTION_FILTER, OPTION_BAND, OPTION_KERNEL,
        OPTION_PROGRESS, OPTION_REPORT, OPTION_SAMPLE_MAP, OPTION_ERROR_MAP, OPTION_KEYS, OPTION_INSECURE,
-       OPTION_NO_RESUME, OPTION_AUDIT, OPTION_LOG, OPTION_LOG_JSON, OPTION_HELP, OPTION_VERSION };
+       OPTION_NO_RESUME, OPTION_AUDIT, OPTION_HTTP, OPTION_HTTP_TOKEN, OPTION_LOG, OPTION_LOG_JSON, OPTION_HELP,
+       OPTION_VERSION };
 
 static const struct option_spec options[] = {
     OPTIONS_HEADING("The picture"),
@@ -44,6 +45,8 @@ static const struct option_spec options[] = {
     {OPTION_REPORT, "report", "FILE", "all that is known of the render, as JSON"},
     {OPTION_SAMPLE_MAP, "sample-map", "FILE", "a .png of where the samples went; of one scene"},
     {OPTION_ERROR_MAP, "error-map", "FILE", "a .png of how far off each pixel is; of one scene"},
+    {OPTION_HTTP, "http", "ADDR:PORT", "a page to watch it in a browser, metrics; or PORT"},
+    {OPTION_HTTP_TOKEN, "http-token", "FILE", "of a secret that browsers are to show"},
     {OPTION_PROGRESS, "progress", "MODE", "auto, bar, json or none (default auto)"},
     {OPTION_LOG, "log", "FILE", "what is said goes there too, with times"},
     {OPTION_LOG_JSON, "log-json", NULL, "the log as JSON (without --log: what is said)"},
@@ -61,6 +64,8 @@ struct arguments {
     bool can_go_on; /* once interrupted: there is something to go on from */
     int64_t workers, threads, band;
     char listen[WIRE_ENDPOINT_BYTES]; /* "": no */
+    const char *http_token;
+    struct http_address http; /* size 0: no */
     bool insecure, quiet, verbose, log_json;
     const char *progress;
 };
@@ -152,6 +157,8 @@ static enum status take_choice(struct arguments *a, int key, const char *argumen
         return options_number("--audit", argument, 0, 100, &a->audit_percent, error);
     case 'l':
         return wire_endpoint_parse(argument, a->listen, error);
+    case OPTION_HTTP:
+        return http_address_parse(argument, &a->http, error);
     case OPTION_KERNEL:
         a->kernel = argument;
         if (kernel_find(argument))
@@ -178,6 +185,9 @@ static enum status handle_option(void *context, int key, const char *argument, s
         break;
     case OPTION_KEYS:
         a->keys = argument;
+        break;
+    case OPTION_HTTP_TOKEN:
+        a->http_token = argument;
         break;
     case OPTION_INSECURE:
         a->insecure = true;
@@ -209,6 +219,20 @@ static enum status handle_option(void *context, int key, const char *argument, s
     return STATUS_OK;
 }
 
+static enum status check_http(const struct arguments *a, struct error *error)
+{
+    char url[HTTP_URL_BYTES];
+    bool on = a->http.size > 0;
+    if (a->http_token && !on)
+        return error_set(error, STATUS_USAGE, "--http-token needs --http");
+    if (!on || a->http_token || a->insecure || http_address_is_local(&a->http))
+        return STATUS_OK;
+    http_address_url(&a->http, url);
+    return error_set(error, STATUS_USAGE,
+                     "--http: %s can be reached from other machines, and anyone there could watch; say --http-token "
+                     "FILE, or --insecure if that is meant", url);
+}
+
 static enum status check_arguments(const struct arguments *a, int scenes, struct error *error)
 {
     static const char *const modes[] = {"auto", "bar", "json", "none"};
@@ -235,7 +259,7 @@ static enum status check_arguments(const struct arguments *a, int scenes, struct
                          "--listen: %s can be reached from other machines, and anyone there could join; say --keys DIR "
                          "(weft keygen makes them), or --insecure if that is meant",
                          a->listen);
-    return STATUS_OK;
+    return check_http(a, error);
 }
 
 /* --- outputs ---------------------------------------------------------------------------------------------- */
@@ -370,12 +394,13 @@ static struct progress *make_progress(const struct arguments *a)
 }
 
 /* Renders what is open, and reports it however it ended, unless `report` is closed. */
-static enum status run(struct arguments *a, struct farm *farm, struct render_job *jobs, size_t count,
-                       struct part_file *report, int *interrupted, struct error *error)
+static enum status run(struct arguments *a, struct farm *farm, struct http_server *http, struct render_job *jobs,
+                       size_t count, struct part_file *report, int *interrupted, struct error *error)
 {
     struct progress *progress = make_progress(a);
     struct error report_error;
     farm_set_progress(farm, progress);
+    farm_set_http(farm, http);
     for (size_t i = 0; i < count; i++)
         farm_add_job(farm, &jobs[i]);
     enum status status = farm_run(farm, say_done, a, interrupted, error);
@@ -389,6 +414,19 @@ static enum status run(struct arguments *a, struct farm *farm, struct render_job
     }
     log_error("%s", report_error.text);
     return status;
+}
+
+/* *http stays NULL where nobody asked for it. */
+static enum status open_http(const struct arguments *a, struct http_server **http, struct error *error)
+{
+    struct http_token token;
+    if (a->http.size == 0)
+        return STATUS_OK;
+    enum status status = a->http_token ? http_token_read(a->http_token, &token, error) : STATUS_OK;
+    if (status != STATUS_OK)
+        return status;
+    *http = http_create(&a->http, a->http_token ? &token : NULL, error);
+    return *http ? STATUS_OK : STATUS_FAILED;
 }
 
 static enum status render(struct arguments *a, struct coordinator_keys *keys, char **scenes, size_t count,
@@ -405,19 +443,28 @@ static enum status render(struct arguments *a, struct coordinator_keys *keys, ch
         .band_rows = (uint32_t)a->band,
         .audit_percent = a->audit_percent,
     };
-    enum status status;
-    struct farm *farm = farm_create(&config, &status, error);
-    if (!farm)
+    struct http_server *http = NULL;
+    enum status status = open_http(a, &http, error);
+    struct farm *farm = status == STATUS_OK ? farm_create(&config, &status, error) : NULL;
+    if (!farm) {
+        http_destroy(&http);
         return status;
+    }
     struct render_job *jobs = memory_array(count, sizeof *jobs);
     struct part_file report = {.folder_fd = -1, .fd = -1};
+    a->choices.preview_bytes = http ? PREVIEWS_BYTES_MAX / count : 0;
     status = open_jobs(a, scenes, count, jobs, error);
+    if (status == STATUS_OK && http)
+        http_show_jobs(http, jobs, count);
     if (status == STATUS_OK && a->report)
         status = part_file_open(&report, a->report, error);
     if (status == STATUS_OK)
-        status = run(a, farm, jobs, count, &report, interrupted, error);
+        status = run(a, farm, http, jobs, count, &report, interrupted, error);
     part_file_discard(&report);
     farm_destroy(&farm);
+    if (http && !*interrupted)
+        http_linger(http);
+    http_destroy(&http);
     for (size_t i = 0; i < count; i++) {
         a->can_go_on |= !a->choices.no_resume && jobs[i].state != JOB_DONE &&
                          render_job_has_begun(&jobs[i]);

@@ -53,7 +53,7 @@ static void choose_settings(struct render_job *job, const struct scene *scene, c
     choose_sampling(job, scene->samples, choices);
     job->asked = job->sampling;
     job->settings.filter = (uint8_t)(choices->filter >= 0 ? choices->filter : (int)scene->filter);
-    job->settings.maps = choices->sample_map || choices->error_map;
+    job->settings.maps = choices->sample_map || choices->error_map || choices->preview_bytes > 0;
 }
 
 static void make_manifest(struct render_job *job)
@@ -99,7 +99,7 @@ static struct digest settings_digest(const struct render_job *job)
     return digest;
 }
 
-static enum status open_journal(struct render_job *job, const struct render_choices *choices, struct error *error)
+static struct journal_key key_of(const struct render_job *job)
 {
     const struct digest revision = proof_revision();
     struct bytes program = {0};
@@ -108,6 +108,25 @@ static enum status open_journal(struct render_job *job, const struct render_choi
     bytes_put_string(&program, WEFT_VERSION);
     const struct journal_key key = {digest_of(program.data, program.size), job->manifest_digest, settings_digest(job)};
     bytes_finish(&program);
+    return key;
+}
+
+/* Where no map is written it is the journal that decides whether rows carry maps, if there is one: being watched now, or
+ * no more, is no reason to start anew. */
+static void choose_maps(struct render_job *job, const struct render_choices *choices)
+{
+    if (choices->sample_map || choices->error_map || choices->no_resume)
+        return;
+    job->settings.maps = !job->settings.maps;
+    const struct journal_key other = key_of(job);
+    if (!journal_is_left(job->output_path, &other))
+        job->settings.maps = !job->settings.maps;
+}
+
+static enum status open_journal(struct render_job *job, const struct render_choices *choices, struct error *error)
+{
+    choose_maps(job, choices);
+    const struct journal_key key = key_of(job);
     enum status status = STATUS_OK;
     job->journal = journal_open(job->output_path, &key, !choices->no_resume, &status, error);
     return status;
@@ -122,9 +141,13 @@ static enum status open_outputs(struct render_job *job, const struct render_choi
         .software = "weft " WEFT_VERSION,
         .source = job->source,
     };
-    const struct assembly_paths paths = {job->output_path, choices->sample_map, choices->error_map};
+    const struct assembly_paths paths = {job->output_path, choices->sample_map, choices->error_map,
+                                         job->settings.maps};
     enum status status = STATUS_OK;
     job->assembly = assembly_create(&paths, &description, job->journal, &status, error);
+    if (choices->preview_bytes > 0)
+        job->preview = preview_create(description.width, description.height, description.format, job->settings.maps,
+                                      choices->preview_bytes);
     return status;
 }
 
@@ -150,6 +173,8 @@ static enum status add_result(struct render_job *job, enum render_pass pass, str
     }
     place->figures = assembly_sum(job->assembly, band.rows, result);
     add_figures(job, place);
+    if (job->preview)
+        preview_add(job->preview, band.first_row, band.rows, band.worker, result);
     return assembly_add(job->assembly, band.first_row, band.rows, band.offset, error);
 }
 
@@ -158,6 +183,8 @@ static enum status remove_result(struct render_job *job, uint32_t first_row, str
 {
     struct band_account *bands = job->bands[PASS_RENDER], *gone = &bands[first_row];
     enum status status = assembly_drop(job->assembly, first_row, gone->rows, error);
+    if (job->preview)
+        preview_drop(job->preview, first_row, gone->rows);
     gone->rows = 0;
     job->rows_done = 0;
     job->figures = (struct row_figures){0};
@@ -291,6 +318,7 @@ enum status render_job_init(struct render_job *job, const char *scene_path, cons
 void render_job_finish(struct render_job *job)
 {
     assembly_abandon(&job->assembly);
+    preview_destroy(&job->preview);
     journal_close(&job->journal, false);
     free(job->kept);
     asset_set_finish(&job->assets);
@@ -405,6 +433,8 @@ enum status render_job_restart(struct render_job *job, struct error *error)
     for (uint32_t row = 0; row < job->settings.height && status == STATUS_OK; row++)
         if (job->bands[PASS_RENDER][row].rows > 0)
             status = assembly_drop(job->assembly, row, job->bands[PASS_RENDER][row].rows, error);
+    if (job->preview)
+        preview_drop(job->preview, 0, job->settings.height);
     memset(job->bands[PASS_RENDER], 0, job->settings.height * sizeof *job->bands[PASS_RENDER]);
     memset(job->bands[PASS_SURVEY], 0, render_job_survey_rows(job) * sizeof *job->bands[PASS_SURVEY]);
     job->figures = (struct row_figures){0};

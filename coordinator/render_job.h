@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "coordinator/assembly.h"
 #include "coordinator/journal.h"
+#include "coordinator/preview.h"
 #include "coordinator/scheduler.h"
 #include "coordinator/snapshot.h"
 #include "scene/assets.h"
@@ -23,6 +24,7 @@ struct render_choices {
     int bits;               /* 8 or 16, of a PNG */
     const char *sample_map, *error_map; /* files to write; NULL: none */
     bool no_resume;         /* neither read nor write a journal */
+    size_t preview_bytes;   /* that a preview may take; 0: there is none */
 };
 
 /* What is asked for where neither command line nor scene says anything. */
@@ -58,6 +60,7 @@ struct render_job {
     uint64_t rays_kept;             /* and the rays that all of them took */
     uint32_t audited;               /* bands that a second worker rendered too */
     struct assembly *assembly;      /* NULL once the output is complete or abandoned */
+    struct preview *preview;        /* NULL: nobody is to see it */
     enum job_state state;
     int64_t started_ms, render_ms; /* by the clock: when its first band was handed out, of all and of the render */
     int64_t ended_ms;

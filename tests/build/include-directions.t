@@ -12,7 +12,7 @@ common/scene:  base math image scene
 common/trace:  base math image scene trace core_revision.h
 common/trace/lanes: base math trace
 common/wire:   base wire
-coordinator:   base math image scene trace wire coordinator
+coordinator:   base math image scene trace wire coordinator page_data.h
 worker:        base math image scene trace wire worker
 '
 

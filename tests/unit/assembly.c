@@ -89,7 +89,7 @@ static void add_band(struct assembly *assembly, uint32_t first_row, uint32_t row
 static struct assembly *create(void)
 {
     enum status status;
-    const struct assembly_paths paths = {output, maps ? sample_map : NULL, maps ? error_map : NULL};
+    const struct assembly_paths paths = {output, maps ? sample_map : NULL, maps ? error_map : NULL, maps};
     struct assembly *assembly = assembly_create(&paths, &description, journal, &status, &error);
     if (!assembly)
         fail_msg("%s", error.text);
@@ -217,7 +217,7 @@ static void test_maps(void **state)
 static void test_map_without_folder(void **state)
 {
     (void)state;
-    const struct assembly_paths paths = {output, sample_map, "/nowhere/at/all.png"};
+    const struct assembly_paths paths = {output, sample_map, "/nowhere/at/all.png", true};
     enum status status = STATUS_OK;
     assert_null(assembly_create(&paths, &description, journal, &status, &error));
     assert_int_equal(status, STATUS_OUTPUT);
@@ -398,12 +398,12 @@ static void test_record_bytes(void **state)
         struct image_description other = description;
         enum status status;
         other.format = (enum pixel_format)format;
-        for (size_t mapped = 0; mapped < 2; mapped++) {
-            const struct assembly_paths paths = {output, NULL, mapped ? error_map : NULL};
+        for (size_t mapped = 0; mapped < 3; mapped++) {
+            const struct assembly_paths paths = {output, NULL, mapped == 1 ? error_map : NULL, mapped == 2};
             struct assembly *assembly = assembly_create(&paths, &other, journal, &status, &error);
             assert_non_null(assembly);
             assert_int_equal(assembly_record_bytes(assembly),
-                             ROW_FIGURES_BYTES + WIDTH * (pixel_bytes[format] + 2 * mapped));
+                             ROW_FIGURES_BYTES + WIDTH * (pixel_bytes[format] + (mapped ? 2 : 0)));
             assembly_abandon(&assembly);
         }
     }

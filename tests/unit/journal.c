@@ -258,6 +258,25 @@ static void test_other_renders(void **state)
     }
 }
 
+/* It can be told of a journal without opening it, and without a trace. */
+static void test_what_is_left(void **state)
+{
+    (void)state;
+    struct journal_key other = key;
+    other.settings.bytes[7] ^= 1;
+    unlink(path);
+    assert_false(journal_is_left(output, &key));
+    assert_int_equal(size_of_file(), -1);
+    leave_bands();
+    off_t size = size_of_file();
+    assert_true(journal_is_left(output, &key));
+    assert_false(journal_is_left(output, &other));
+    assert_int_equal(size_of_file(), size);
+    assert_int_equal(truncate(path, 20), 0);
+    assert_false(journal_is_left(output, &key));
+    unlink(path);
+}
+
 static void test_rejected(void **state)
 {
     (void)state;
@@ -368,7 +387,8 @@ int main(void)
         cmocka_unit_test(test_found_again), cmocka_unit_test(test_goes_on),       cmocka_unit_test(test_empty),
         cmocka_unit_test(test_undone),        cmocka_unit_test(test_cleared),
         cmocka_unit_test(test_closed_at_once), cmocka_unit_test(test_cut_short),  cmocka_unit_test(test_changed),
-        cmocka_unit_test(test_other_renders), cmocka_unit_test(test_rejected),    cmocka_unit_test(test_not_resumed),
+        cmocka_unit_test(test_other_renders), cmocka_unit_test(test_what_is_left), cmocka_unit_test(test_rejected),
+        cmocka_unit_test(test_not_resumed),
         cmocka_unit_test(test_locked),        cmocka_unit_test(test_no_folder),   cmocka_unit_test(test_full_disk),
     };
     return cmocka_run_group_tests_name("journal", tests, make_folder, remove_folder);

@@ -1,0 +1,187 @@
+// The page asks the coordinator once a second for its state and shows it. Whatever is shown is what was asked for last,
+// so it does not matter when the page is opened, in which order rows come, or that another coordinator goes on.
+
+import * as picture from './picture.js';
+import * as plots from './plots.js';
+import * as server from './server.js';
+import * as workers from './workers.js';
+import {count, decibels, duration, error, percent, put, time} from './text.js';
+
+const period = 1000, hiddenPeriod = 5000; // ms
+
+const status = document.getElementById('status'), scene = document.getElementById('scene');
+const lines = document.getElementById('lines'), tokenForm = document.getElementById('token-form');
+
+let state = null;  // as it was told last,
+let run = null;    // and by whom
+let nextLine = 0;  // of the log
+let wake = null;   // ends the pause between two rounds
+
+// --- which scene -----------------------------------------------------------------------------------------------
+
+const open = job => job.state === 'surveying' || job.state === 'running';
+
+function currentIndex() {
+  const running = state.jobs.findIndex(open);
+  if (running >= 0) return running;
+  const waiting = state.jobs.findIndex(job => job.state === 'waiting');
+  return waiting >= 0 ? waiting : state.jobs.length - 1;
+}
+
+function chosenIndex() {
+  const chosen = Number(scene.value);
+  return scene.value === '' || chosen >= state.jobs.length ? currentIndex() : chosen;
+}
+
+function updateChoice() {
+  document.getElementById('scene-choice').hidden = state.jobs.length < 2;
+  if (scene.options.length !== state.jobs.length + 1)
+    scene.replaceChildren(new Option('the one being rendered', ''), ...state.jobs.map((job, i) => new Option('', i)));
+  state.jobs.forEach((job, i) => {
+    const text = `${i + 1}. ${job.scene} (${job.state})`;
+    if (scene.options[i + 1].text !== text) scene.options[i + 1].text = text;
+  });
+}
+
+// --- figures ---------------------------------------------------------------------------------------------------
+
+function smallBelow(id, large, small) {
+  const element = document.getElementById(id);
+  if (element.dataset.text === large + small) return;
+  element.dataset.text = large + small;
+  element.textContent = large;
+  if (!small) return;
+  const below = document.createElement('small');
+  below.textContent = small;
+  element.append(below);
+}
+
+function updateFigures(job) {
+  const present = state.workers.filter(worker => worker.state !== 'gone');
+  const threads = present.reduce((sum, worker) => sum + worker.threads, 0);
+  smallBelow('percent', percent(job.rows_done / job.height), `${job.rows_done} of ${job.height} rows`);
+  put('remaining', job.state === 'done' ? '0 s' : duration(job.remaining));
+  put('elapsed', duration(job.elapsed));
+  put('rate', count(state.rays_per_second));
+  smallBelow('rmse', error(job.rmse), [decibels(job.rmse), job.error && `asked for: ${job.error}`].filter(Boolean).join(', '));
+  put('samples', job.samples === null ? '–' : job.samples.toFixed(job.error ? 1 : 0));
+  put('size', `${job.width}×${job.height}`);
+  smallBelow('worker-count', String(present.length), `${threads} threads` + (state.refused ? `, ${state.refused} refused` : ''));
+  const bar = document.getElementById('progress');
+  bar.value = job.rows_done / job.height;
+  document.title = `${percent(job.rows_done / job.height)} ${job.scene.split('/').pop()} – weft`;
+}
+
+// --- the status line -------------------------------------------------------------------------------------------
+
+function say(text, trouble = false) {
+  put('status', text);
+  status.classList.toggle('trouble', trouble);
+}
+
+const isOver = () => state.jobs.every(job => job.state === 'done' || job.state === 'failed');
+
+function outcome() {
+  const failed = state.jobs.filter(job => job.state === 'failed').length;
+  if (failed) return `${failed} of ${state.jobs.length} scenes failed; the log says why`;
+  return state.jobs.length > 1 ? `All ${state.jobs.length} pictures are done` : `${state.jobs[0].output} is done`;
+}
+
+function sayState(index) {
+  const job = state.jobs[index];
+  const which = state.jobs.length > 1 ? `scene ${index + 1} of ${state.jobs.length}, ` : '';
+  if (isOver()) say(outcome(), state.jobs.some(each => each.state === 'failed'));
+  else say(`${job.state === 'surveying' ? 'Surveying' : job.state === 'running' ? 'Rendering' : `Is ${job.state}:`} ` +
+           `${which}${job.scene}`);
+}
+
+function sayGone() {
+  if (!state) say('The coordinator does not answer; asking again.', true);
+  else if (isOver()) say(`${outcome()}; the coordinator has ended.`);
+  else say('The coordinator has ended, or cannot be reached; what is shown is its last word. Asking again.', true);
+}
+
+// --- the log ---------------------------------------------------------------------------------------------------
+
+function lineOf(entry) {
+  const item = document.createElement('li'), when = document.createElement('time'), text = document.createElement('span');
+  when.textContent = time(entry.time);
+  when.dateTime = new Date(entry.time * 1000).toISOString();
+  text.textContent = (entry.level === 'info' || entry.level === 'debug' ? '' : `${entry.level}: `) + entry.text;
+  text.className = entry.level;
+  item.append(when, text);
+  return item;
+}
+
+async function updateLog() {
+  const most = 500, box = document.getElementById('log-lines');
+  const log = await server.askJson(`/api/log?from=${nextLine}`);
+  const atEnd = box.scrollTop + box.clientHeight >= box.scrollHeight - 4;
+  lines.append(...log.lines.map(lineOf));
+  while (lines.children.length > most) lines.firstChild.remove();
+  nextLine = log.next;
+  if (atEnd) box.scrollTop = box.scrollHeight;
+}
+
+// --- rounds ----------------------------------------------------------------------------------------------------
+
+// Another process answers: what the last one has said of its workers and in its log is past.
+function beginRun() {
+  if (run !== null) {
+    lines.replaceChildren();
+    workers.forget();
+  }
+  run = server.run;
+  nextLine = 0;
+}
+
+async function round() {
+  const told = await server.askJson('/api/job');
+  if (server.run !== run) beginRun();
+  state = told;
+  updateChoice();
+  const index = chosenIndex();
+  sayState(index);
+  updateFigures(state.jobs[index]);
+  workers.update(state.workers);
+  await updateLog();
+  plots.update((await server.askJson('/api/history')).samples);
+  await picture.update(state, index);
+}
+
+function askForToken(wanted) {
+  tokenForm.hidden = !wanted;
+  document.querySelector('main').hidden = wanted;
+  if (wanted) say('A token is needed, or another one.', true);
+}
+
+async function roundWhateverComes() {
+  try {
+    await round();
+    askForToken(false);
+  } catch (reason) {
+    if (reason instanceof server.Unauthorised) askForToken(true);
+    else if (reason instanceof server.Unanswered) sayGone();
+    else throw reason;
+  }
+}
+
+function pause() {
+  return new Promise(resolve => {
+    const timer = setTimeout(resolve, document.hidden ? hiddenPeriod : period);
+    wake = () => { clearTimeout(timer); resolve(); };
+  });
+}
+
+document.getElementById('render').addEventListener('change', () => wake?.());
+document.addEventListener('visibilitychange', () => wake?.());
+tokenForm.addEventListener('submit', event => {
+  event.preventDefault();
+  server.setToken(document.getElementById('token').value);
+  wake?.();
+});
+
+for (;;) {
+  await roundWhateverComes();
+  await pause();
+}
