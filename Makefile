@@ -5,7 +5,12 @@ MODE    = release
 CC      = gcc
 JOBS    = $(shell nproc)
 PROVE   = prove -j$(JOBS)
+
+# Where `make install` puts things; SYSCONFDIR: what people change; UNITDIR: units of systemd.
 DESTDIR =
+PREFIX  = /usr/local
+SYSCONFDIR = $(if $(filter /usr /usr/local,$(PREFIX)),,$(PREFIX))/etc
+UNITDIR = $(PREFIX)/lib/systemd/system
 
 VERSION = 0.1.0
 
@@ -58,21 +63,27 @@ PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker
 
 FUZZ_TARGETS = $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c)) $(FUZZ_TARGETS:%=$(B)/tests/fuzz/%.t)
-SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/fault/*.t tests/golden/*.t tests/manuals/*.t tests/bench/*/*.t)
+SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/fault/*.t tests/golden/*.t tests/manuals/*.t tests/bench/*/*.t) \
+              tests/deploy/install.t tests/deploy/units.t
 FAIL    = $(B)/tests/fault/fail.so
 LIAR    = $(B)/tests/farm/liar
 
-.PHONY: all demo pictures test test-one-mode test-isa chaos failures fuzz fuzz-targets soak bench bench-scale \
-        bench-peers bench-error clean help
+.PHONY: all install uninstall deb demo pictures test test-one-mode test-isa test-deploy chaos failures fuzz fuzz-targets \
+        soak bench bench-scale bench-peers bench-error clean help
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(PROGRAMS)
 
 help:
 	@echo 'make            builds $(B)/weft and $(B)/weft-worker (installing what is missing, by apt)'
+	@echo 'make install    puts programs, manuals and examples into PREFIX=$(PREFIX); DESTDIR=ROOT: of another root'
+	@echo 'make uninstall  takes them away again'
+	@echo 'make deb        $(B)/deb/weft_$(VERSION)_….deb, a package for Debian and its kin'
 	@echo 'make demo       renders scenes/showcase.json with two workers into showcase.png'
 	@echo 'make test       all tests, in release mode and with address and undefined-behaviour sanitizers'
 	@echo 'make test-isa   the same bits from other compilers, options and CPUs (installing emulators, by apt)'
+	@echo 'make test-deploy'
+	@echo '                packages, services, ssh and clusters, tried on this machine (as root; installing them, by apt)'
 	@echo 'make fuzz       readers of files and messages under libFuzzer, S=60 seconds each (with clang); T=TARGET: one'
 	@echo 'make soak SEEDS=100000'
 	@echo '                so many histories of each simulation (FIRST_SEED=7: from that one on); what fails names its seed'
@@ -90,6 +101,17 @@ help:
 	@echo 'make pictures   renders the pictures of scenes/README.md anew, into scenes/pictures'
 	@echo 'make clean      removes what was built'
 	@echo 'CC=clang builds with clang; MODE=sanitize B=build/sanitize builds with sanitizers'
+
+# --- installing ---------------------------------------------------------------------------------------
+install: all
+install uninstall:
+	@B='$(B)' VERSION='$(VERSION)' DESTDIR='$(DESTDIR)' PREFIX='$(PREFIX)' SYSCONFDIR='$(SYSCONFDIR)' \
+	    UNITDIR='$(UNITDIR)' deploy/install-files $@
+
+# By Debian's own tools, from a copy of the sources.
+deb: $(B)/dependencies
+	deploy/install-dependencies --deb
+	CC='$(CC)' deploy/debian/build '$(B)/deb' '$(VERSION)'
 
 # Those of scenes/README.md, which tests/manuals/pictures.t holds weft to.
 pictures: all
@@ -195,6 +217,11 @@ failures: all $(FAIL)
 test-isa: $(B)/tests/isa/signature.t
 	-deploy/install-dependencies --isa $(B)/arm64
 	WEFT_BUILD=$(B) $(PROVE) --timer --verbose -e '' tests/isa/*.t
+
+# All of tests/deploy; `make test` has those that take seconds. What cannot be installed here is skipped there.
+test-deploy: all
+	-deploy/install-dependencies --deploy
+	WEFT_BUILD=$(B) WEFT_MODE=$(MODE) CC='$(CC)' prove --timer --verbose -e '' tests/deploy/*.t
 
 # --- soaking -------------------------------------------------------------------------------------------------
 # `build/tests/sim/farm.t SEED` replays one.

@@ -12,17 +12,26 @@
 
 #include "base/bytes.h"
 #include "base/memory.h"
+#include "wire/access_list.h"
 
 enum { FILE_BYTES_MAX = 4 * 1024 * 1024 }; /* keys of 50,000 workers and their names */
 
 /* --- whole files ------------------------------------------------------------------------------------------ */
 
-static enum status check_file(const struct stat *file, const char *path, enum key_secrecy secrecy, struct error *error)
+/* With an access control list the group's bits are the most that the list gives to anyone. systemd hands credentials to
+ * a service so: files of root that one user may read. */
+static bool is_secret(int descriptor, unsigned mode)
+{
+    return !(mode & 077) || (!(mode & 037) && access_list_of_file_is_private(descriptor));
+}
+
+static enum status check_file(int descriptor, const struct stat *file, const char *path, enum key_secrecy secrecy,
+                              struct error *error)
 {
     unsigned mode = file->st_mode & 07777;
     if (!S_ISREG(file->st_mode))
         return error_set(error, STATUS_INPUT, "%s: expected a regular file", path);
-    if (secrecy == KEY_SECRET && (mode & 077))
+    if (secrecy == KEY_SECRET && !is_secret(descriptor, mode))
         return error_set(error, STATUS_INPUT,
                          "%s: expected a secret file that only its owner can read (mode 0600), found mode %04o", path,
                          mode);
@@ -42,7 +51,7 @@ static enum status read_descriptor(struct bytes *text, int file, const char *pat
     struct stat info;
     if (fstat(file, &info) != 0)
         return error_set(error, STATUS_INPUT, "%s: cannot be looked up: %s", path, strerror(errno));
-    enum status status = check_file(&info, path, secrecy, error);
+    enum status status = check_file(file, &info, path, secrecy, error);
     if (status != STATUS_OK)
         return status;
     size_t size = (size_t)info.st_size;

@@ -25,8 +25,8 @@ struct key_list {
     size_t count, capacity;
 };
 
-/* Who may read the file: a secret one only its owner (anything else is an error); a public one everybody. Nobody but
- * the owner may write either. */
+/* Who may read the file: a secret one only its owner, and by an access control list this process's user (anything else
+ * is an error); a public one everybody. Nobody but the owner may write either. */
 enum key_secrecy { KEY_PUBLIC, KEY_SECRET };
 
 /* Reads the one key of a file. STATUS_INPUT otherwise, and *key is all zero. The caller wipes a secret. */

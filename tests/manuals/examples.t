@@ -7,6 +7,7 @@
 # rendered small, make only says what it would do, and man may be missing. Workers run beside what follows them, as they
 # would in another window. Scenes are literal displays behind their file names in weft-scene(5), and blocks of json in
 # scenes/README.md. What asks for the status of a render has one beside it, which takes some seconds.
+# Nobody answers ssh.
 . tests/tap.sh
 
 hold_port
@@ -31,7 +32,9 @@ exec cp "$1" "$2" "../$machine/${3#*:}"
 EOF
 printf '#!/bin/sh\nexec %s -n -C "%s" "$@"\n' "$(command -v make)" "$PWD" >"$tmp/bin/make"
 command -v man >/dev/null || printf '#!/bin/sh\n' >"$tmp/bin/man"
+printf '#!/bin/sh\nexit 255\n' >"$tmp/bin/ssh"
 chmod +x "$tmp"/bin/*
+ln -s "$PWD/deploy/weft-ssh" "$tmp/bin"
 PATH=$tmp/bin:$PATH
 
 # scenes_of PAGE FOLDER: writes the scenes of a manual page into the folder.
