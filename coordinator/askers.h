@@ -19,7 +19,7 @@
 enum {
     ASKERS_MAX = 256,
     ASKERS_ROUND_MS = 100,              /* from one round to the next, at least */
-    ASKERS_BYTES_PER_MS = 8 * 1024,     /* of snapshots made and sent */
+    ASKERS_BYTES_PER_MS = 4 * 1024,     /* of snapshots made and sent */
     ASKERS_ROUND_BYTES = 1024 * 1024,   /* with which a round ends, if it has not before */
     ASKERS_FORGET_MS = 3000,            /* who is silent for so long gives place to others */
 };

@@ -13,7 +13,6 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "coordinator/progress_views.h"
-#include "coordinator/progress_views.h"
 #include "coordinator/snapshot_json.h"
 
 enum { BAR_PERIOD_MS = 100, LINES_PERIOD_MS = 5000, JSON_PERIOD_MS = 250 };

@@ -12,7 +12,7 @@
 void snapshot_write_json(struct bytes *text, const struct snapshot *snapshot);
 
 /* A snapshot that was read, with all that it points to. All zero is an empty one. */
-struct snapshot_copy {
+struct snapshot_reading {
     struct snapshot snapshot;
     struct cJSON *json; /* whose strings it has */
     struct job_snapshot *jobs;
@@ -24,7 +24,7 @@ struct snapshot_copy {
  * limits that snapshot.h and the schema name; keys that are not known are passed over. Writing it again gives the same
  * bytes where no number was beyond 2^53. STATUS_INPUT with a sentence otherwise, and *copy is empty. Takes memory of
  * some twenty times the size at most. */
-enum status snapshot_read_json(struct snapshot_copy *copy, const char *text, size_t size, struct error *error);
-void snapshot_copy_finish(struct snapshot_copy *copy);
+enum status snapshot_read_json(struct snapshot_reading *copy, const char *text, size_t size, struct error *error);
+void snapshot_reading_finish(struct snapshot_reading *copy);
 
 #endif

@@ -202,7 +202,7 @@ static struct worker_snapshot read_worker(struct reader *r, const cJSON *object)
 
 /* --- the whole -------------------------------------------------------------------------------------------- */
 
-static void read_jobs(struct reader *r, const cJSON *list, struct snapshot_copy *copy)
+static void read_jobs(struct reader *r, const cJSON *list, struct snapshot_reading *copy)
 {
     const cJSON *item;
     size_t stretches = 0;
@@ -225,7 +225,7 @@ static void read_jobs(struct reader *r, const cJSON *list, struct snapshot_copy 
     copy->snapshot.job_count = length_of(list);
 }
 
-static void read_workers(struct reader *r, const cJSON *list, struct snapshot_copy *copy)
+static void read_workers(struct reader *r, const cJSON *list, struct snapshot_reading *copy)
 {
     const cJSON *item;
     copy->workers = memory_array(length_of(list), sizeof *copy->workers);
@@ -240,7 +240,7 @@ static void read_workers(struct reader *r, const cJSON *list, struct snapshot_co
     copy->snapshot.worker_count = length_of(list);
 }
 
-static void read_whole(struct reader *r, struct snapshot_copy *copy)
+static void read_whole(struct reader *r, struct snapshot_reading *copy)
 {
     const cJSON *json = copy->json;
     copy->snapshot = (struct snapshot){
@@ -271,7 +271,7 @@ static bool is_dense(const char *text, size_t size)
     return values > size / BYTES_EACH + FEW;
 }
 
-static enum status parse(struct snapshot_copy *copy, const char *text, size_t size, struct error *error)
+static enum status parse(struct snapshot_reading *copy, const char *text, size_t size, struct error *error)
 {
     enum status status = json_syntax_check("the status", text, size, error);
     if (status != STATUS_OK)
@@ -284,23 +284,23 @@ static enum status parse(struct snapshot_copy *copy, const char *text, size_t si
     return STATUS_OK;
 }
 
-enum status snapshot_read_json(struct snapshot_copy *copy, const char *text, size_t size, struct error *error)
+enum status snapshot_read_json(struct snapshot_reading *copy, const char *text, size_t size, struct error *error)
 {
     struct reader r = {.error = error, .list = ""};
-    *copy = (struct snapshot_copy){0};
+    *copy = (struct snapshot_reading){0};
     r.status = parse(copy, text, size, error);
     if (r.status == STATUS_OK)
         read_whole(&r, copy);
     if (r.status != STATUS_OK)
-        snapshot_copy_finish(copy);
+        snapshot_reading_finish(copy);
     return r.status;
 }
 
-void snapshot_copy_finish(struct snapshot_copy *copy)
+void snapshot_reading_finish(struct snapshot_reading *copy)
 {
     cJSON_Delete(copy->json);
     free(copy->jobs);
     free(copy->workers);
     free(copy->stretches);
-    *copy = (struct snapshot_copy){0};
+    *copy = (struct snapshot_reading){0};
 }

@@ -47,7 +47,7 @@ struct viewer {
     struct inquiry inquiry;
     enum progress_mode mode;   /* of --watch */
     struct progress *progress; /* NULL without --watch */
-    struct snapshot_copy seen; /* last */
+    struct snapshot_reading seen; /* last */
     bool has_seen, ended;
     int interrupted; /* by that signal; 0: it was not */
 };
@@ -256,12 +256,12 @@ static void say_goodbye(struct viewer *v)
 
 static enum status take_answer(struct viewer *v, int64_t now_ms, struct error *error)
 {
-    struct snapshot_copy next;
+    struct snapshot_reading next;
     const struct bytes *text = &v->inquiry.text;
     if (snapshot_read_json(&next, (const char *)text->data, text->size, error) != STATUS_OK)
         return error_prefix(error, STATUS_FAILED, "%s: ", v->endpoint);
     bool first = !v->has_seen;
-    snapshot_copy_finish(&v->seen);
+    snapshot_reading_finish(&v->seen);
     v->seen = next;
     v->has_seen = true;
     v->ended = !v->progress || v->inquiry.last;
@@ -351,7 +351,7 @@ static enum status run(struct viewer *v, const char *endpoint, struct error *err
         status = converse(v, error);
     progress_destroy(&v->progress);
     inquiry_finish(&v->inquiry);
-    snapshot_copy_finish(&v->seen);
+    snapshot_reading_finish(&v->seen);
     wire_client_destroy(&v->client);
     wire_stop();
     close(v->signals);

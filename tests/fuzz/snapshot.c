@@ -17,7 +17,7 @@ static void show(const struct snapshot *snapshot)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    struct snapshot_copy copy, again;
+    struct snapshot_reading copy, again;
     struct error error = {{0}};
     struct bytes first = {0}, second = {0};
     enum status status = snapshot_read_json(&copy, (const char *)data, size, &error);
@@ -33,7 +33,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     require(first.size == second.size && memcmp(first.data, second.data, first.size) == 0);
     bytes_finish(&first);
     bytes_finish(&second);
-    snapshot_copy_finish(&copy);
-    snapshot_copy_finish(&again);
+    snapshot_reading_finish(&copy);
+    snapshot_reading_finish(&again);
     return 0;
 }

@@ -17,7 +17,7 @@
 static struct error error;
 
 /* A block of its own size, so that the sanitizer sees any reading beyond it. */
-static enum status read_exact(struct snapshot_copy *copy, const char *text, size_t size)
+static enum status read_exact(struct snapshot_reading *copy, const char *text, size_t size)
 {
     char *exact = malloc(size);
     if (size)
@@ -61,7 +61,7 @@ static void test_round_trip(void **state)
 {
     (void)state;
     struct farm farm;
-    struct snapshot_copy copy;
+    struct snapshot_reading copy;
     various(&farm);
     struct bytes text = text_of(&farm.snapshot);
     if (read_exact(&copy, (const char *)text.data, text.size) != STATUS_OK)
@@ -73,15 +73,15 @@ static void test_round_trip(void **state)
     assert_string_equal(copy.snapshot.workers[1].host, "münchen");
     bytes_finish(&text);
     bytes_finish(&again);
-    snapshot_copy_finish(&copy);
-    snapshot_copy_finish(&copy);
+    snapshot_reading_finish(&copy);
+    snapshot_reading_finish(&copy);
 }
 
 static void test_same_views(void **state)
 {
     (void)state;
     struct farm farm;
-    struct snapshot_copy copy;
+    struct snapshot_reading copy;
     struct bytes here = {0}, there = {0};
     farm_init(&farm, 1, 20);
     struct bytes text = text_of(&farm.snapshot);
@@ -92,14 +92,14 @@ static void test_same_views(void **state)
     bytes_finish(&here);
     bytes_finish(&there);
     bytes_finish(&text);
-    snapshot_copy_finish(&copy);
+    snapshot_reading_finish(&copy);
 }
 
 /* What becomes of a good snapshot when the first `from` is `to` is refused with that sentence. */
 static void assert_refused(const char *from, const char *to, const char *says)
 {
     struct farm farm;
-    struct snapshot_copy copy;
+    struct snapshot_reading copy;
     farm_init(&farm, 1, 2);
     struct bytes text = text_of(&farm.snapshot);
     const char *good = (const char *)text.data, *at = strstr(good, from);
@@ -146,7 +146,7 @@ static void test_refused(void **state)
 static void test_dense(void **state)
 {
     (void)state;
-    struct snapshot_copy copy;
+    struct snapshot_reading copy;
     struct bytes text = {0};
     bytes_put(&text, "[0", 2);
     for (int i = 0; i < 100000; i++)
@@ -162,7 +162,7 @@ static void test_many_commas(void **state)
 {
     (void)state;
     struct farm farm;
-    struct snapshot_copy copy;
+    struct snapshot_reading copy;
     char host[256];
     memset(host, ',', 255);
     memcpy(host, "\"[\\", 3);
@@ -174,7 +174,7 @@ static void test_many_commas(void **state)
     if (read_exact(&copy, (const char *)text.data, text.size) != STATUS_OK)
         fail_msg("%s", error.text);
     assert_string_equal(copy.snapshot.workers[99].host, host);
-    snapshot_copy_finish(&copy);
+    snapshot_reading_finish(&copy);
     bytes_finish(&text);
 }
 
@@ -185,7 +185,7 @@ static void test_many_stretches(void **state)
     enum { ROWS = 2000 };
     static struct stretch_snapshot stretches[ROWS];
     struct farm farm;
-    struct snapshot_copy copy;
+    struct snapshot_reading copy;
     farm_init(&farm, 1, 0);
     for (uint32_t i = 0; i < ROWS; i++)
         stretches[i] = (struct stretch_snapshot){i, 1, i % 2 ? STRETCH_DONE : STRETCH_IN_WORK, i % 2 ? 0 : 1};
@@ -196,7 +196,7 @@ static void test_many_stretches(void **state)
     if (read_exact(&copy, (const char *)text.data, text.size) != STATUS_OK)
         fail_msg("%s", error.text);
     assert_int_equal(copy.snapshot.jobs[0].stretch_count, ROWS);
-    snapshot_copy_finish(&copy);
+    snapshot_reading_finish(&copy);
     bytes_finish(&text);
 }
 
@@ -204,7 +204,7 @@ static void test_not_objects(void **state)
 {
     (void)state;
     static const char *const texts[] = {"", "7", "[]", "{}", "null", "{\"jobs\":[7],\"workers\":[[]]}"};
-    struct snapshot_copy copy;
+    struct snapshot_reading copy;
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
         assert_int_equal(read_exact(&copy, texts[i], strlen(texts[i])), STATUS_INPUT);
 }
