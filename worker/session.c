@@ -273,6 +273,7 @@ static void fail_job(struct session *s, struct session_job *job, const char *rea
     job->state = JOB_UNUSABLE;
     s->unfit = true;
     send_message(s, message);
+    say(s, "cannot work on job %u: %s", job->number, reason);
 }
 
 /* Takes the manifest from the cache. False if it has yet to be fetched. */

@@ -140,4 +140,10 @@ exits 1 "a refused worker with --once ends" "$worker" --once "127.0.0.1:$(cat "$
 exec 3>&-
 like "and says why" "$err" "^weft-worker: the coordinator refused this worker: $reason\$"
 
+printf '574546540300ff' >"$tmp/newer" # of protocol version 3, and who knows what
+start newer bash -c "exec perl tests/farm/zmtp.pl router <'$tmp/newer'"
+wait_until "[ -s '$tmp/newer.out' ]" 5
+exits 1 "a worker with --once ends where another version is spoken" "$worker" --once "127.0.0.1:$(cat "$tmp/newer.out")"
+like "and names both" "$err" 'refused this worker: it speaks version 3 of the protocol, this worker version 2$'
+
 finish

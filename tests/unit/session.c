@@ -219,6 +219,7 @@ static void test_goodbye_to_the_unfit(void **state)
     receive(asset(manifest, 0), "NEED a@0");
     receive(asset(listed[0], 0), "LOAD 0");
     handle((struct session_event){.kind = SESSION_LOAD_FAILED, .job = 0, .reason = "no such thing"}, "FAILED 0");
+    assert_string_equal(said, "cannot work on job 0: no such thing");
     receive(plain(MESSAGE_GOODBYE), "GOODBYE, FORGET 0, RECONNECT");
     tick(4999, "");
     tick(1, "RECONNECT");
