@@ -77,9 +77,13 @@ client_of() { # HOST: the ssh to it
     pgrep -f -- "-F $tmp/ssh_config .* $1 exec sh"
 }
 
-left_over() { # processes of this test that are of a render, and sockets on the hosts; but not those of `start`
-    pgrep -af -- "$tmp/(loom|mule)/weft-worker|$tmp/run/weft-ssh|ssh -F $tmp|deploy/weft-ss[h]" | grep -v pgrep
-    find /tmp -maxdepth 1 -regextype egrep -regex '/tmp/weft-[0-9a-f]{32}\.ipc' -newer "$tmp/hosts"
+left_over() { # processes of a render of this test, and sockets on the hosts that no process has, in other tests neither
+    local socket
+    pgrep -af -- "$tmp/(loom|mule)/weft-worker|$tmp/run/weft-ssh|ssh -F $tmp|deploy/weft-ssh $tmp" | grep -v pgrep
+    find /tmp -maxdepth 1 -regextype egrep -regex '/tmp/weft-[0-9a-f]{32}\.ipc' -newer "$tmp/hosts" |
+        while read -r socket; do
+            pgrep -f "$socket" >/dev/null || echo "$socket"
+        done
     find "$tmp/run" -mindepth 1 ! -path "$tmp/run/weft" ! -path "$tmp/run/weft/*" # those are weft's own
 }
 
