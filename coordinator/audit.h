@@ -1,6 +1,7 @@
 /*
  * Audits: bands chosen in secret are rendered by a second worker too, and the bytes compared. Where they differ, what a
- * worker of the coordinator's own machine returns is taken for right. Pure; the dispatcher asks.
+ * worker of the coordinator's own machine returns is taken for right. Beside the secret that it draws at first, pure;
+ * the dispatcher asks.
  */
 #ifndef WEFT_COORDINATOR_AUDIT_H
 #define WEFT_COORDINATOR_AUDIT_H

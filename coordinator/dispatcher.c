@@ -17,6 +17,7 @@ struct dispatcher *dispatcher_create(const struct dispatcher_config *config, int
     audit_init(&d->audit, config->audit_percent);
     d->scheduler = scheduler_create(&(struct scheduler_policy){
         .band_rows = config->band_rows, .silence_ms = DISPATCHER_SILENCE_MS,
+        .newcomer_bands = DISPATCHER_NEWCOMER_BANDS,
         .audits = config->audit_percent > 0 ? audit_chooses : NULL, .audits_context = &d->audit});
     return d;
 }
@@ -29,6 +30,7 @@ void dispatcher_destroy(struct dispatcher **pointer)
     for (size_t i = 0; i < d->peer_count; i++)
         peer_finish(&d->peers[i]);
     peer_index_finish(&d->peers_by_address);
+    machines_finish(&d->machines);
     scheduler_destroy(&d->scheduler);
     audit_finish(&d->audit);
     free(d->events);
@@ -41,31 +43,45 @@ void dispatcher_destroy(struct dispatcher **pointer)
     free(d->peers);
     free(d->writing);
     free(d->done);
+    free(d->unreachable);
     free(d->expelled);
     free(d->jobs);
     free(d);
     *pointer = NULL;
 }
 
-/* Between calls there is a beat's time at most, unless the process or its machine was suspended. */
+bool dispatcher_has_slept(const struct dispatcher *d)
+{
+    return d->now_ms - d->woke_ms < DISPATCHER_SILENCE_MS;
+}
+
+/* Between the beginnings of calls there is a beat's time at most, unless one took long, or the process or its machine
+ * was suspended. */
 void dispatcher_note_time(struct dispatcher *d, int64_t now_ms)
 {
     if (now_ms - d->now_ms >= DISPATCHER_SILENCE_MS)
         d->woke_ms = now_ms;
     d->now_ms = now_ms;
+    dispatcher_lose_unreachable(d);
 }
 
 /* --- what happens ----------------------------------------------------------------------------------------- */
 
+/* Workers refuse bands whose results would be larger. */
+static uint32_t rows_most(const struct render_job *job)
+{
+    return (uint32_t)(MESSAGE_RESULT_MAX / render_job_result_bytes(job, PASS_RENDER, 1));
+}
+
 void dispatcher_add_job(struct dispatcher *d, struct render_job *job, int64_t now_ms)
 {
-    d->now_ms = now_ms;
+    dispatcher_note_time(d, now_ms);
     d->jobs = memory_grow(d->jobs, &d->job_capacity, d->job_count + 1, sizeof(struct render_job *));
     d->forecasts = memory_grow(d->forecasts, &d->forecast_capacity, d->job_count + 1, sizeof(struct forecast *));
     d->forecasts[d->job_count] = NULL;
     d->jobs[d->job_count++] = job;
     dispatcher_tell(d, &(struct event){.kind = EVENT_JOB, .survey_rows = render_job_survey_rows(job),
-                                       .rows = job->settings.height, .kept = job->kept,
+                                       .rows = job->settings.height, .rows_most = rows_most(job), .kept = job->kept,
                                        .kept_count = job->kept_count}, NULL);
 }
 
@@ -81,7 +97,7 @@ static void beat(struct dispatcher *d)
 void dispatcher_tick(struct dispatcher *d, int64_t now_ms)
 {
     dispatcher_note_time(d, now_ms);
-    dispatcher_tell(d, &(struct event){.kind = EVENT_TICK}, NULL);
+    dispatcher_tell(d, &(struct event){.kind = EVENT_TICK, .slept = dispatcher_has_slept(d)}, NULL);
     beat(d);
     dispatcher_answer_askers(d);
 }
@@ -90,6 +106,7 @@ int64_t dispatcher_deadline(const struct dispatcher *d)
 {
     int64_t deadline_ms = scheduler_deadline(d->scheduler), due_ms = askers_due_ms(&d->askers);
     deadline_ms = due_ms < deadline_ms ? due_ms : deadline_ms;
+    deadline_ms = d->unreachable_count > 0 ? d->now_ms + 1 : deadline_ms;
     return deadline_ms < d->beat_ms ? deadline_ms : d->beat_ms;
 }
 
@@ -97,7 +114,7 @@ void dispatcher_lose_process(struct dispatcher *d, uint32_t pid, int64_t now_ms)
 {
     dispatcher_note_time(d, now_ms);
     for (size_t i = 0; i < d->peer_count; i++)
-        if (peer_is_same_process(&d->peers[i], d->config.host, pid))
+        if (d->peers[i].address.own && d->peers[i].pid == pid)
             dispatcher_lose_peer(d, &d->peers[i], true);
 }
 
@@ -163,7 +180,7 @@ void dispatcher_finish_written(struct dispatcher *d)
 
 const struct render_job *dispatcher_take_done(struct dispatcher *d, int64_t now_ms)
 {
-    d->now_ms = now_ms;
+    dispatcher_note_time(d, now_ms);
     dispatcher_take_written(d);
     if (d->done_at == d->done_count)
         return NULL;
@@ -186,7 +203,7 @@ enum status dispatcher_status(const struct dispatcher *d, struct error *error)
 
 void dispatcher_say_goodbye(struct dispatcher *d, int64_t now_ms)
 {
-    d->now_ms = now_ms;
+    dispatcher_note_time(d, now_ms);
     for (size_t i = 0; i < d->peer_count; i++)
         dispatcher_send_peer(d, &d->peers[i], (struct message){.kind = MESSAGE_GOODBYE});
     d->ending = true;

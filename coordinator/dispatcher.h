@@ -23,7 +23,6 @@ typedef bool dispatcher_send(void *context, const struct wire_peer *to, const vo
 struct dispatcher_config {
     uint32_t band_rows;                 /* 0: automatic */
     double audit_percent;               /* of the bands, that are rendered by two workers and compared; 0: none */
-    const char *host;                   /* of this machine, as its workers name it; borrowed */
     struct digest core_revision, proof; /* what a worker must match */
     int bell; /* an eventfd, to which 1 is added when dispatcher_take_done is to be called; −1: outputs are waited for */
     dispatcher_send *send;
@@ -50,13 +49,14 @@ void dispatcher_take_message(struct dispatcher *dispatcher, const struct wire_pe
 void dispatcher_tick(struct dispatcher *dispatcher, int64_t now_ms);
 int64_t dispatcher_deadline(const struct dispatcher *dispatcher);
 
-/* A process of this machine has died, which may have been a worker, and may have joined more than once. */
+/* A process that this one has started has died; it may have been a worker, and may have joined more than once. */
 void dispatcher_lose_process(struct dispatcher *dispatcher, uint32_t pid, int64_t now_ms);
 
 /* A worker process of this machine from which nothing more is expected, though it has not died; false: there is none. */
 bool dispatcher_take_expelled(struct dispatcher *dispatcher, uint32_t *pid);
 
-/* Whether a worker of this machine is needed to settle which of two others is right; true once each time. */
+/* Whether one more worker of this process's own is needed, as is then told: to settle which of two others is right, or
+ * to try rows that others were lost with. True once each time. */
 bool dispatcher_take_need_of_trusted(struct dispatcher *dispatcher);
 
 /* Gives up all jobs that are open, and says why. */

@@ -1,8 +1,10 @@
 /* What the scheduler decides, carried out. */
 #include <assert.h>
 #include <inttypes.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/log.h"
 #include "base/memory.h"
@@ -24,28 +26,93 @@ void dispatcher_send_peer(struct dispatcher *d, struct peer *peer, struct messag
     message.epoch = peer->epoch;
     if (peer->gone || dispatcher_send_to(d, &peer->address, &message))
         return;
-    bool slept = d->now_ms - d->woke_ms < DISPATCHER_SILENCE_MS; /* it has left a coordinator that seemed dead */
-    if (slept)
-        log_info("worker %u (%s, process %u) left while this process stood still", peer->number, peer->host, peer->pid);
-    dispatcher_lose_peer(d, peer, !slept);
+    dispatcher_let_go(d, peer);
+    d->unreachable = memory_grow(d->unreachable, &d->unreachable_capacity, d->unreachable_count + 1,
+                                 sizeof *d->unreachable);
+    d->unreachable[d->unreachable_count++] = peer->number;
+}
+
+static void tell_loss(struct dispatcher *d, struct peer *peer, bool by_fault)
+{
+    if (by_fault) {
+        dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s, process %u) is lost", peer->number, peer->host,
+                           peer->pid);
+        dispatcher_note_trouble(d, peer, TROUBLE_LOST, false);
+    }
+    dispatcher_tell(d, &(struct event){.kind = by_fault ? EVENT_LOST : EVENT_LEAVE, .worker = peer->number}, NULL);
 }
 
 void dispatcher_lose_peer(struct dispatcher *d, struct peer *peer, bool by_fault)
 {
     if (peer->gone)
         return;
-    peer->gone = true;
-    peer_finish(peer);
-    if (by_fault) {
-        log_warning("worker %u (%s, process %u) is lost", peer->number, peer->host, peer->pid);
-        peer->trouble = TROUBLE_LOST;
+    dispatcher_let_go(d, peer);
+    tell_loss(d, peer, by_fault);
+}
+
+/* A worker leaves a coordinator that stands still for so long that it seems dead. */
+void dispatcher_lose_unreachable(struct dispatcher *d)
+{
+    size_t count = d->unreachable_count;
+    if (count == 0)
+        return;
+    for (size_t i = 0; i < count; i++) {
+        struct peer *peer = dispatcher_peer(d, d->unreachable[i]);
+        if (dispatcher_has_slept(d))
+            log_info("worker %u (%s, process %u) left while this process stood still", peer->number, peer->host,
+                     peer->pid);
+        tell_loss(d, peer, !dispatcher_has_slept(d));
     }
-    dispatcher_tell(d, &(struct event){.kind = by_fault ? EVENT_LOST : EVENT_LEAVE, .worker = peer->number}, NULL);
+    d->unreachable_count -= count; /* the last ones have become so just now */
+    memmove(d->unreachable, d->unreachable + count, d->unreachable_count * sizeof *d->unreachable);
 }
 
 struct peer *dispatcher_peer(struct dispatcher *d, uint32_t number)
 {
     return &d->peers[number - 1];
+}
+
+/* --- who is gone ------------------------------------------------------------------------------------------ */
+
+/* Workers of this process's own are few, and each counts (coordinator/scheduler.h). */
+void dispatcher_let_go(struct dispatcher *d, struct peer *peer)
+{
+    struct machine *machine = machines_find(&d->machines, peer->machine);
+    peer->gone = true;
+    peer_finish(peer);
+    if (peer->bands_done > 0 || peer->address.own)
+        return;
+    if (machine->spares++ == 0)
+        machine->first_spare = peer->number;
+    else
+        d->peers[machine->last_spare - 1].next_spare = peer->number;
+    machine->last_spare = peer->number;
+}
+
+void dispatcher_note_trouble(struct dispatcher *d, struct peer *peer, enum worker_trouble trouble, bool failed)
+{
+    peer->trouble = trouble;
+    machine_note_trouble(machines_find(&d->machines, peer->machine), peer->host, peer->pid, peer->address.own, trouble,
+                         failed);
+}
+
+void dispatcher_tell_of(struct dispatcher *d, uint32_t number, enum machine_line kind, const char *format, ...)
+{
+    struct machine *machine = machines_find(&d->machines, number);
+    char text[MESSAGE_REASON_BYTES + MESSAGE_HOST_BYTES + 128], more[64] = "";
+    uint64_t passed_over;
+    va_list arguments;
+    if (!machine || !machine_may_tell(machine, kind, d->now_ms, &passed_over))
+        return;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    if (passed_over > 0)
+        snprintf(more, sizeof more, " (and %" PRIu64 " more like that from its machine)", passed_over);
+    if (kind == LINE_COMING)
+        log_info("%s%s", text, more);
+    else
+        log_warning("%s%s", text, more);
 }
 
 /* --- carrying out the scheduler's actions ----------------------------------------------------------------- */
@@ -170,16 +237,27 @@ static void expel(struct dispatcher *d, const struct action *action)
     struct message refusal = {.kind = MESSAGE_REFUSE, .epoch = peer->epoch};
     snprintf(refusal.refuse.reason, sizeof refusal.refuse.reason, "it %s", why);
     if (!action->liar) /* of which more has been said */
-        log_warning("worker %u (%s, process %u) %s; its bands go to others", peer->number, peer->host, peer->pid, why);
+        dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s, process %u) %s; its bands go to others",
+                           peer->number, peer->host, peer->pid, why);
     dispatcher_send_to(d, &peer->address, &refusal);
-    peer->gone = true;
-    peer->trouble = action->liar ? TROUBLE_LIAR : action->stuck ? TROUBLE_STUCK : TROUBLE_SILENT;
-    peer->failed |= action->stuck;
-    peer_finish(peer);
+    dispatcher_let_go(d, peer);
+    dispatcher_note_trouble(d, peer, action->liar ? TROUBLE_LIAR : action->stuck ? TROUBLE_STUCK : TROUBLE_SILENT,
+                            action->stuck);
     if (!peer->address.own) /* whatever host and process it says that it is */
         return;
     d->expelled = memory_grow(d->expelled, &d->expelled_capacity, d->expelled_count + 1, sizeof *d->expelled);
     d->expelled[d->expelled_count++] = peer->pid;
+}
+
+static void ask_for_trusted(struct dispatcher *d, const struct action *action)
+{
+    d->needs_trusted = true;
+    if (action->rows == 0)
+        log_info("starting a local worker, to tell whose bytes are right");
+    else
+        log_warning("%s: rows %u to %u%s were lost %d times with workers of the same machines; starting a local worker to "
+                    "try them", d->jobs[action->job]->scene_path, action->first_row, action->first_row + action->rows - 1,
+                    action->pass == PASS_SURVEY ? " of the survey" : "", SCHEDULER_LOSSES_MAX);
 }
 
 static void carry_out(struct dispatcher *d, const struct action *action, const uint8_t *result)
@@ -230,7 +308,7 @@ static void carry_out(struct dispatcher *d, const struct action *action, const u
         dispatcher_restart(d, action);
         break;
     case ACTION_NEED_TRUSTED:
-        d->needs_trusted = true;
+        ask_for_trusted(d, action);
         break;
     }
 }
@@ -241,6 +319,7 @@ static void answer(struct dispatcher *d, const struct event *event, const uint8_
     scheduler_handle(d->scheduler, event, d->now_ms, &actions);
     for (size_t i = 0; i < actions.count; i++)
         carry_out(d, &actions.items[i], result);
+    dispatcher_end_undoing(d);
     free(actions.items);
 }
 

@@ -1,10 +1,14 @@
 /* What becomes of bands that two workers have rendered, and of a worker that lied. */
 #include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/log.h"
+#include "base/memory.h"
 #include "coordinator/dispatcher_private.h"
+
+enum { WHO_BYTES = MESSAGE_HOST_BYTES + 64 };
 
 /* Worker 0, an earlier run's, is nobody who could be asked again. */
 static bool is_trusted(struct dispatcher *d, uint32_t worker)
@@ -14,10 +18,10 @@ static bool is_trusted(struct dispatcher *d, uint32_t worker)
 
 /* --- verdicts --------------------------------------------------------------------------------------------- */
 
-/* What was accepted is right. After who lied was told: with this the pass may end. */
-static void settle(struct dispatcher *d, const struct action *audit)
+/* What was accepted is right, if `by` is. After who lied was told: with this the pass may end. */
+static void settle(struct dispatcher *d, const struct action *audit, uint32_t by)
 {
-    render_job_confirm(d->jobs[audit->job], audit->pass, audit->first_row);
+    render_job_confirm(d->jobs[audit->job], audit->pass, audit->first_row, by);
     audit_drop(&d->audit, audit->job, audit->pass, audit->first_row);
     dispatcher_tell(d, &(struct event){.kind = EVENT_SETTLED, .job = audit->job, .pass = audit->pass,
                                        .first_row = audit->first_row}, NULL);
@@ -32,18 +36,48 @@ static bool is_complete(const struct dispatcher *d, const struct render_job *job
     return writing || job->state == JOB_DONE;
 }
 
-/* Pictures that are complete cannot be mended any more; the command must not end as if all were well. */
-static void doubt_done(struct dispatcher *d, uint32_t worker, const char *who)
+/* Who that is, for a person. */
+static const char *describe(struct dispatcher *d, uint32_t worker, char who[WHO_BYTES])
 {
+    const struct peer *peer = worker > 0 ? dispatcher_peer(d, worker) : NULL;
+    if (peer)
+        snprintf(who, WHO_BYTES, "worker %u (%s, process %u)", peer->number, peer->host, peer->pid);
+    else
+        snprintf(who, WHO_BYTES, "an earlier run");
+    return who;
+}
+
+/* Whether each worker has lied, but for `spared`, which has not yet been found out. The caller frees. */
+static bool *list_liars(const struct dispatcher *d, uint32_t spared)
+{
+    bool *lied = memory_array(d->peer_count + 1, sizeof *lied);
+    lied[0] = d->earlier_lied;
+    for (size_t i = 0; i < d->peer_count; i++)
+        lied[i + 1] = d->peers[i].lied;
+    lied[spared] = false;
+    return lied;
+}
+
+/* Pictures that are complete cannot be mended any more; the command must not end as if all were well. They hold rows of
+ * this liar, or of an earlier one whom only this one has confirmed. */
+static void doubt_done(struct dispatcher *d, uint32_t worker)
+{
+    bool *before = list_liars(d, worker), *lied = list_liars(d, worker);
+    lied[worker] = true;
     for (size_t i = 0; i < d->job_count; i++) {
         const struct render_job *job = d->jobs[i];
-        if (!is_complete(d, job) || !render_job_relies_on(job, worker))
+        char who[WHO_BYTES];
+        uint32_t liar;
+        if (!is_complete(d, job) || render_job_relies_on(job, before, &liar) || !render_job_relies_on(job, lied, &liar))
             continue;
-        log_warning("%s: holds rows of %s, and was complete before that was found", job->output_path, who);
+        log_warning("%s: holds rows of %s, and was complete before that was found", job->output_path,
+                    describe(d, liar, who));
         if (d->doubtful.text[0] == '\0')
             error_set(&d->doubtful, STATUS_FAILED, "%s: holds rows of %s, which returned wrong ones later; render it again",
                       job->output_path, who);
     }
+    free(before);
+    free(lied);
 }
 
 /* In the journals at once, so that no later run believes what this one has not yet taken back. */
@@ -63,13 +97,11 @@ static void disown(struct dispatcher *d, uint32_t worker)
 /* Nothing is to be believed that a worker has said. */
 static void leave_out(struct dispatcher *d, uint32_t worker)
 {
-    char who[MESSAGE_HOST_BYTES + 64] = "an earlier run";
-    if (worker > 0) {
-        struct peer *peer = dispatcher_peer(d, worker);
-        snprintf(who, sizeof who, "worker %u (%s, process %u)", peer->number, peer->host, peer->pid);
-        peer->lied = true;
-    }
-    doubt_done(d, worker, who);
+    if (worker > 0)
+        dispatcher_peer(d, worker)->lied = true;
+    else
+        d->earlier_lied = true;
+    doubt_done(d, worker);
     disown(d, worker);
     dispatcher_tell(d, &(struct event){.kind = EVENT_LIAR, .worker = worker}, NULL);
 }
@@ -78,9 +110,11 @@ static void leave_out(struct dispatcher *d, uint32_t worker)
  * likely to do the same to the next. Rows that an earlier run had may be of it too: nobody knows whose they are. */
 static void leave_out_machine(struct dispatcher *d, uint32_t worker)
 {
+    uint32_t machine = dispatcher_peer(d, worker)->machine;
+    machines_find(&d->machines, machine)->lied = true;
     for (size_t i = 0; i < d->peer_count; i++) {
         const struct peer *peer = &d->peers[i];
-        if (!peer->lied && !peer->address.own && strcmp(peer->host, dispatcher_peer(d, worker)->host) == 0)
+        if (!peer->lied && !peer->address.own && peer->machine == machine)
             leave_out(d, peer->number);
     }
     for (size_t i = 0; i < d->job_count; i++)
@@ -94,13 +128,12 @@ static void expose(struct dispatcher *d, uint32_t worker, const struct action *a
 {
     const struct render_job *job = d->jobs[audit->job];
     const struct peer *peer = worker > 0 ? dispatcher_peer(d, worker) : NULL;
-    char who[MESSAGE_HOST_BYTES + 64] = "an earlier run";
+    char who[WHO_BYTES];
     if (peer && peer->lied) /* it is known for that */
         return;
-    if (peer)
-        snprintf(who, sizeof who, "worker %u (%s, process %u)", peer->number, peer->host, peer->pid);
-    log_warning("%s returned wrong bytes for rows %" PRIu32 " to %" PRIu32 "%s of %s; %s", who, audit->first_row,
-                audit->first_row + audit->rows - 1, audit->pass == PASS_SURVEY ? " of the survey" : "", job->scene_path,
+    log_warning("%s returned wrong bytes for rows %" PRIu32 " to %" PRIu32 "%s of %s; %s", describe(d, worker, who),
+                audit->first_row, audit->first_row + audit->rows - 1,
+                audit->pass == PASS_SURVEY ? " of the survey" : "", job->scene_path,
                 peer ? "its machine is left out, and what it returned is rendered again" : "all is rendered anew");
     if (peer)
         leave_out_machine(d, worker);
@@ -132,7 +165,7 @@ static void judge_two(struct dispatcher *d, const struct action *audit, const ui
         expose(d, audit->about, audit);
     } else if (first) {
         expose(d, audit->worker, audit);
-        settle(d, audit);
+        settle(d, audit, audit->about);
     } else {
         const struct doubt doubt = {.job = audit->job, .pass = audit->pass, .first_row = audit->first_row,
                                     .second = audit->worker};
@@ -151,7 +184,7 @@ static void judge_by_third(struct dispatcher *d, const struct action *audit, con
     if (!second_is_right)
         expose(d, second, audit);
     if (first_is_right)
-        settle(d, audit);
+        settle(d, audit, audit->worker);
     else
         expose(d, audit->about, audit); /* that settles it too: the band is undone */
 }
@@ -172,7 +205,7 @@ void dispatcher_audit(struct dispatcher *d, const struct action *audit, const ui
     if (doubt)
         judge_by_third(d, audit, doubt, same, result);
     else if (same)
-        settle(d, audit);
+        settle(d, audit, audit->worker);
     else
         judge_two(d, audit, result, render_job_result_bytes(job, audit->pass, audit->rows));
 }
@@ -187,7 +220,18 @@ void dispatcher_undo(struct dispatcher *d, const struct action *action)
     enum status status = render_job_undo(job, action->first_row, &error); /* the journal knows */
     if (status != STATUS_OK)
         dispatcher_fail_job(d, job, status, &error);
-    dispatcher_begin_forecast(d, action->job);
+    d->undoing = true;
+}
+
+void dispatcher_end_undoing(struct dispatcher *d)
+{
+    for (size_t i = 0; d->undoing && i < d->job_count; i++) {
+        if (!d->jobs[i]->undone)
+            continue;
+        render_job_end_undoing(d->jobs[i]);
+        dispatcher_begin_forecast(d, (uint32_t)i);
+    }
+    d->undoing = false;
 }
 
 void dispatcher_restart(struct dispatcher *d, const struct action *action)

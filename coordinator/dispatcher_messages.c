@@ -10,8 +10,6 @@
 #include "base/memory.h"
 #include "coordinator/dispatcher_private.h"
 
-enum { FAILURES_MAX = 3 }; /* a worker that fails so often is left out */
-
 /* --- joining ---------------------------------------------------------------------------------------------- */
 
 static void refuse(struct dispatcher *d, const struct wire_peer *address, const struct message *hello, const char *reason)
@@ -20,7 +18,8 @@ static void refuse(struct dispatcher *d, const struct wire_peer *address, const 
     snprintf(message.refuse.reason, sizeof message.refuse.reason, "%s", reason);
     dispatcher_send_to(d, address, &message);
     d->refused++;
-    log_warning("refused a worker on %s (process %u): %s", hello->hello.host, hello->hello.pid, reason);
+    dispatcher_tell_of(d, machines_number(&d->machines, &address->machine), LINE_REFUSAL,
+                       "refused a worker on %s (process %u): %s", hello->hello.host, hello->hello.pid, reason);
 }
 
 static struct peer *find_peer(struct dispatcher *d, const struct wire_peer *address)
@@ -29,47 +28,60 @@ static struct peer *find_peer(struct dispatcher *d, const struct wire_peer *addr
     return number && !d->peers[number - 1].gone ? &d->peers[number - 1] : NULL;
 }
 
-/* Of the same process, when it was another worker. */
-static enum worker_trouble last_trouble_of(const struct dispatcher *d, const struct peer *peer)
+/* A number that is free, for a worker of that machine. Those that went last keep theirs, to be looked at. */
+static uint32_t free_number(struct dispatcher *d, struct machine *machine)
 {
-    for (size_t i = peer->number - 1; i-- > 0;)
-        if (peer_is_same_process(&d->peers[i], peer->host, peer->pid))
-            return d->peers[i].trouble;
-    return TROUBLE_NONE;
+    enum { SPARES_KEPT = 4 };
+    if (machine->spares <= SPARES_KEPT) {
+        d->peers = memory_grow(d->peers, &d->peer_capacity, d->peer_count + 1, sizeof *d->peers);
+        return (uint32_t)++d->peer_count;
+    }
+    uint32_t number = machine->first_spare;
+    machine->first_spare = d->peers[number - 1].next_spare;
+    machine->spares--;
+    peer_index_remove(&d->peers_by_address, d->peers, number);
+    return number;
 }
 
-static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
+static struct peer *add_peer(struct dispatcher *d, const struct wire_peer *address, uint32_t machine,
+                             const struct message *hello)
 {
-    d->peers = memory_grow(d->peers, &d->peer_capacity, d->peer_count + 1, sizeof *d->peers);
-    struct peer *peer = &d->peers[d->peer_count++];
-    *peer = (struct peer){.number = (uint32_t)d->peer_count, .address = *address, .pid = hello->hello.pid,
+    uint32_t number = free_number(d, machines_find(&d->machines, machine));
+    struct peer *peer = &d->peers[number - 1];
+    *peer = (struct peer){.number = number, .address = *address, .machine = machine, .pid = hello->hello.pid,
                           .threads = hello->hello.threads, .joined_ms = d->now_ms};
     peer->rate_from_ms = peer->joined_ms;
     randombytes_buf(&peer->epoch, sizeof peer->epoch);
     memcpy(peer->host, hello->hello.host, sizeof peer->host);
     memcpy(peer->kernel, hello->hello.kernel, sizeof peer->kernel);
-    peer->trouble = last_trouble_of(d, peer);
+    peer->trouble = machine_trouble(machines_find(&d->machines, machine), peer->host, peer->pid, address->own);
     peer_index_add(&d->peers_by_address, d->peers, peer->number);
     return peer;
 }
 
-/* What others say that they are counts for nothing with this process's own. */
-static size_t failures_of(const struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
+/* Why the worker may not join; NULL: it may. What made one process of a machine compute wrong bytes is likely to do the
+ * same to the next. */
+static const char *objection(const struct dispatcher *d, const struct wire_peer *address, const struct machine *machine,
+                             const struct message *hello)
 {
-    size_t failures = 0;
-    for (size_t i = 0; i < d->peer_count; i++)
-        failures += d->peers[i].failed && d->peers[i].address.own == address->own &&
-                    peer_is_same_process(&d->peers[i], hello->hello.host, hello->hello.pid);
-    return failures;
+    if (!digest_equal(&hello->hello.core_revision, &d->config.core_revision))
+        return "its tracing core was built from other sources than the coordinator's";
+    if (!digest_equal(&hello->hello.proof, &d->config.proof))
+        return "it computes other bytes than the coordinator (its proof picture differs)";
+    if (!machine)
+        return "too many machines have come";
+    if (machine_fails_too_often(machine, hello->hello.host, hello->hello.pid, address->own))
+        return "it has failed too often in this render";
+    if (!address->own && machine->lied)
+        return "a worker of that machine returned wrong bytes";
+    return NULL;
 }
 
-/* What made one process of a machine compute wrong bytes is likely to do the same to the next. */
-static bool has_lied(const struct dispatcher *d, const struct message *hello)
+/* A worker that asks for more gets along with this: its threads share bands. Sockets have room for so many messages. */
+static uint32_t credit_of(const struct message *hello)
 {
-    for (size_t i = 0; i < d->peer_count; i++)
-        if (d->peers[i].lied && strcmp(d->peers[i].host, hello->hello.host) == 0)
-            return true;
-    return false;
+    enum { CREDIT_MAX = 512 };
+    return hello->hello.credit < CREDIT_MAX ? hello->hello.credit : CREDIT_MAX;
 }
 
 static void take_hello(struct dispatcher *d, const struct wire_peer *address, const struct message *hello)
@@ -79,31 +91,22 @@ static void take_hello(struct dispatcher *d, const struct wire_peer *address, co
         dispatcher_send_peer(d, known, (struct message){.kind = MESSAGE_WELCOME});
         return;
     }
-    if (!digest_equal(&hello->hello.core_revision, &d->config.core_revision)) {
-        refuse(d, address, hello, "its tracing core was built from other sources than the coordinator's");
+    uint32_t machine = machines_number(&d->machines, &address->machine);
+    const char *reason = objection(d, address, machines_find(&d->machines, machine), hello);
+    if (reason) {
+        refuse(d, address, hello, reason);
         return;
     }
-    if (!digest_equal(&hello->hello.proof, &d->config.proof)) {
-        refuse(d, address, hello, "it computes other bytes than the coordinator (its proof picture differs)");
-        return;
-    }
-    if (failures_of(d, address, hello) >= FAILURES_MAX) {
-        refuse(d, address, hello, "it has failed too often in this render");
-        return;
-    }
-    if (!address->own && has_lied(d, hello)) {
-        refuse(d, address, hello, "a worker of that machine returned wrong bytes");
-        return;
-    }
-    struct peer *peer = add_peer(d, address, hello);
+    struct peer *peer = add_peer(d, address, machine, hello);
     uint32_t number = peer->number;
-    log_info("worker %u joined: %s, process %u, %u threads, kernel %s", number, peer->host, peer->pid, peer->threads,
-             peer->kernel);
+    dispatcher_tell_of(d, machine, LINE_COMING, "worker %u joined: %s, process %u, %u threads, kernel %s", number,
+                       peer->host, peer->pid, peer->threads, peer->kernel);
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_WELCOME});
     if (peer->gone) /* its connection is: the scheduler need not know that it was there */
         return;
-    dispatcher_tell(d, &(struct event){.kind = EVENT_JOIN, .worker = number, .threads = hello->hello.threads,
-                                    .credit = hello->hello.credit, .trusted = address->own}, NULL);
+    dispatcher_tell(d, &(struct event){.kind = EVENT_JOIN, .worker = number, .machine = machine,
+                                    .threads = hello->hello.threads, .credit = credit_of(hello),
+                                    .trusted = address->own}, NULL);
 }
 
 /* --- answering -------------------------------------------------------------------------------------------- */
@@ -119,7 +122,8 @@ static void take_need(struct dispatcher *d, struct peer *peer, const struct mess
     uint64_t left = asset->size - message->need.offset;
     uint32_t size = (uint32_t)(left < MESSAGE_CHUNK_MAX ? left : MESSAGE_CHUNK_MAX);
     if (size > peer->asset_allowance) { /* what it does not read would pile up here */
-        log_warning("worker %u (%s) asks for the same again and again", peer->number, peer->host);
+        dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s) asks for the same again and again",
+                           peer->number, peer->host);
         dispatcher_lose_peer(d, peer, true);
         return;
     }
@@ -131,10 +135,9 @@ static void take_need(struct dispatcher *d, struct peer *peer, const struct mess
 
 static void take_failure(struct dispatcher *d, struct peer *peer, const struct message *message)
 {
-    peer->failed = true;
-    peer->trouble = TROUBLE_UNFIT;
-    log_warning("worker %u (%s) cannot work on job %" PRIu32 ": %s", peer->number, peer->host, message->failed.job,
-                message->failed.reason);
+    dispatcher_note_trouble(d, peer, TROUBLE_UNFIT, true);
+    dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s) cannot work on job %" PRIu32 ": %s", peer->number,
+                       peer->host, message->failed.job, message->failed.reason);
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_GOODBYE});
     dispatcher_lose_peer(d, peer, false);
 }
@@ -151,10 +154,10 @@ static void take_result(struct dispatcher *d, struct peer *peer, const struct me
     struct bytes result = {0};
     bool fits, whole = peer_take_chunk(peer, message, total, &result, &fits);
     if (!fits) {
-        peer->failed = true;
-        log_warning("worker %u (%s) sent a result that does not fit its band", peer->number, peer->host);
+        dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s) sent a result that does not fit its band",
+                           peer->number, peer->host);
         dispatcher_lose_peer(d, peer, true);
-        peer->trouble = TROUBLE_MISFIT;
+        dispatcher_note_trouble(d, peer, TROUBLE_MISFIT, true);
     }
     if (!whole)
         return;
@@ -195,7 +198,7 @@ static void take_peer_message(struct dispatcher *d, struct peer *peer, const str
         break;
     case MESSAGE_GOODBYE:
         if (!d->ending)
-            log_info("worker %u (%s) said goodbye", peer->number, peer->host);
+            dispatcher_tell_of(d, peer->machine, LINE_COMING, "worker %u (%s) said goodbye", peer->number, peer->host);
         dispatcher_lose_peer(d, peer, false);
         break;
     default:
@@ -230,7 +233,8 @@ void dispatcher_take_message(struct dispatcher *d, const struct wire_peer *from,
     if (message_decode(&message, data, size, &error) != STATUS_OK) {
         unsigned version = message_version(data, size);
         if (from->may_work)
-            log_warning("ignored a message: %s", error.text);
+            dispatcher_tell_of(d, machines_number(&d->machines, &from->machine), LINE_NONSENSE,
+                               "ignored a message: %s", error.text);
         if (version > 0 && version != PROTOCOL_VERSION)
             refuse_version(d, from);
         return;

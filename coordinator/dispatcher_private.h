@@ -6,11 +6,15 @@
 #include "coordinator/audit.h"
 #include "coordinator/dispatcher.h"
 #include "coordinator/forecast.h"
+#include "coordinator/machines.h"
 #include "coordinator/peer.h"
 #include "coordinator/peer_index.h"
 #include "coordinator/scheduler.h"
 
-enum { DISPATCHER_SILENCE_MS = 4500 }; /* of a worker that is given up: four beats, and a little */
+enum {
+    DISPATCHER_SILENCE_MS = 4500,   /* of a worker that is given up: four beats, and a little */
+    DISPATCHER_NEWCOMER_BANDS = 32, /* of the least size they are tiles enough for hundreds of threads */
+};
 
 struct dispatcher {
     struct dispatcher_config config;
@@ -28,11 +32,16 @@ struct dispatcher {
     size_t forecast_capacity;
     struct render_job **done; /* in the order of completion; told up to done_at */
     size_t done_at, done_count, done_capacity;
+    uint32_t *unreachable; /* workers, yet to be lost */
+    size_t unreachable_count, unreachable_capacity;
     uint32_t *expelled; /* processes of this machine, yet to be taken */
     size_t expelled_count, expelled_capacity;
-    struct peer *peers; /* all that ever joined */
+    struct peer *peers; /* all that ever joined, but for some that left with nothing done (dispatcher_let_go) */
     size_t peer_count, peer_capacity;
     struct peer_index peers_by_address;
+    struct machines machines;
+    bool undoing; /* some jobs were undone in part, and are yet to be summed up anew */
+    bool earlier_lied; /* who rendered what an earlier run had kept */
     int64_t started_ms, beat_ms;
     uint32_t refused; /* HELLOs */
     struct askers askers;
@@ -48,7 +57,7 @@ struct dispatcher {
     struct error error;
 };
 
-/* Begins a call. */
+/* Begins a call, after the last one has ended. */
 void dispatcher_note_time(struct dispatcher *dispatcher, int64_t now_ms);
 
 /* Tells the scheduler and carries out what it answers. `result`: the bytes of an EVENT_RESULT, else NULL. */
@@ -57,8 +66,14 @@ void dispatcher_tell(struct dispatcher *dispatcher, const struct event *event, c
 /* To any address: false if it cannot be reached. */
 bool dispatcher_send_to(struct dispatcher *dispatcher, const struct wire_peer *address, const struct message *message);
 
-/* Sends to a worker; one that cannot be reached is lost. */
+/* Whether it was called after it had stood still so long that workers may have left it. */
+bool dispatcher_has_slept(const struct dispatcher *dispatcher);
+
+/* Sends to a worker. One that cannot be reached is gone, and is lost (dispatcher_lose_unreachable) when the next call
+ * begins: only then is it known how long this one took, and so whether the worker is to blame. */
 void dispatcher_send_peer(struct dispatcher *dispatcher, struct peer *peer, struct message message);
+
+void dispatcher_lose_unreachable(struct dispatcher *dispatcher);
 
 /* The job cannot be completed; what it ends with, unless something else did before. */
 void dispatcher_fail_job(struct dispatcher *dispatcher, struct render_job *job, enum status status,
@@ -70,9 +85,21 @@ void dispatcher_take_written(struct dispatcher *dispatcher);
 /* Borrowed, until the next worker joins. */
 struct peer *dispatcher_peer(struct dispatcher *dispatcher, uint32_t number);
 
+/* The worker is gone: frees what it holds. Its number may be given to another one of its machine if nothing of it was
+ * ever taken, so that who comes and goes again and again costs no memory. */
+void dispatcher_let_go(struct dispatcher *dispatcher, struct peer *peer);
+
+/* Notes what was the matter with the worker, and whether it counts as a failure. */
+void dispatcher_note_trouble(struct dispatcher *dispatcher, struct peer *peer, enum worker_trouble trouble, bool failed);
+
+/* A line about a peer of that machine (machines.h), unless it is one too many. */
+void dispatcher_tell_of(struct dispatcher *dispatcher, uint32_t machine, enum machine_line kind, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
 /* Carries out ACTION_AUDITED, ACTION_UNDO, ACTION_RESTART. */
 void dispatcher_audit(struct dispatcher *dispatcher, const struct action *action, const uint8_t *result);
 void dispatcher_undo(struct dispatcher *dispatcher, const struct action *action);
+void dispatcher_end_undoing(struct dispatcher *dispatcher); /* after the last of an event's */
 void dispatcher_restart(struct dispatcher *dispatcher, const struct action *action);
 
 /* Takes what somebody says who asks how things stand; false: it is a worker's. */

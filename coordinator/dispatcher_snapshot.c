@@ -138,7 +138,7 @@ static void show_stretches(struct dispatcher *d)
 
 struct snapshot dispatcher_snapshot(struct dispatcher *d, int64_t now_ms)
 {
-    d->now_ms = now_ms;
+    dispatcher_note_time(d, now_ms);
     d->job_views = memory_grow(d->job_views, &d->job_view_capacity, d->job_count, sizeof *d->job_views);
     d->worker_views = memory_grow(d->worker_views, &d->worker_view_capacity, d->peer_count,
                                      sizeof *d->worker_views);

@@ -25,10 +25,9 @@ struct farm {
     struct wire_server *server;
     char private_endpoint[WIRE_ENDPOINT_BYTES];
     struct local_workers local;
-    char host[MESSAGE_HOST_BYTES];
     int signals; /* descriptors: of signals, */
     int bell;    /* and of outputs that are complete */
-    int judges;  /* local workers that were started because others contradict each other */
+    int judges;  /* local workers that were started to do what others may not */
     struct dispatcher *dispatcher;
     int64_t ticked_ms;
 };
@@ -75,7 +74,6 @@ static enum status start(struct farm *farm, struct error *error)
     farm->bell = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (farm->signals < 0 || farm->bell < 0)
         return error_set(error, STATUS_INTERNAL, "cannot make descriptors to wait for: %s", strerror(errno));
-    wire_host_name(farm->host, sizeof farm->host);
     enum status status = wire_start(error);
     if (status != STATUS_OK)
         return status;
@@ -105,7 +103,6 @@ static struct dispatcher *make_dispatcher(const struct farm *farm)
     const struct dispatcher_config config = {
         .band_rows = farm->config.band_rows,
         .audit_percent = farm->config.audit_percent,
-        .host = farm->host,
         .core_revision = proof_revision(),
         .proof = proof_render(kernel_default()),
         .bell = farm->bell,
@@ -174,17 +171,16 @@ static void kill_expelled(struct farm *farm)
         local_workers_kill(&farm->local, (pid_t)pid);
 }
 
-/* Workers that contradict each other need one that both must believe. */
+/* Workers that contradict each other need one that both must believe; what was lost with others may not be with it. */
 static void start_trusted(struct farm *farm)
 {
     enum { JUDGES_MAX = 3 };
     struct error error;
     if (!dispatcher_take_need_of_trusted(farm->dispatcher))
         return;
-    log_info("starting a local worker, to tell whose bytes are right");
     enum status status = STATUS_OK;
     if (farm->judges++ == JUDGES_MAX)
-        status = error_set(&error, STATUS_FAILED, "no local worker lives to tell whose bytes are right; giving up");
+        status = error_set(&error, STATUS_FAILED, "no local worker lives to do what others may not; giving up");
     else
         status = local_workers_add(&farm->local, farm->config.local_threads, &error);
     if (status != STATUS_OK)

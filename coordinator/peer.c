@@ -19,11 +19,6 @@ void peer_finish(struct peer *peer)
     peer->held_count = peer->held_capacity = 0;
 }
 
-bool peer_is_same_process(const struct peer *peer, const char *host, uint32_t pid)
-{
-    return peer->pid == pid && strcmp(peer->host, host) == 0;
-}
-
 static struct incoming *find_incoming(struct peer *peer, uint64_t lease)
 {
     for (size_t i = 0; i < peer->incoming_count; i++)

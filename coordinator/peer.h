@@ -29,12 +29,13 @@ struct held_band {
 struct peer {
     uint32_t number; /* from 1, in the order of joining; the scheduler's worker number */
     struct wire_peer address;
+    uint32_t machine;    /* its number (machines.h) */
+    uint32_t next_spare; /* of a worker that is gone: the next in its machine's queue */
     uint64_t epoch;
     char host[MESSAGE_HOST_BYTES];
     char kernel[MESSAGE_KERNEL_BYTES];
     uint32_t pid, threads;
     bool gone;      /* kept for the record */
-    bool failed;    /* it could not load a job, sent what does not fit, or got stuck; a lost connection does not count */
     bool lied;      /* it returned wrong bytes */
     bool draining;
     struct incoming *incoming;
@@ -55,9 +56,6 @@ struct peer {
     double rays_per_second;
     enum worker_trouble trouble; /* the last */
 };
-
-/* Whether they are the same process of the same machine, as far as they say. */
-bool peer_is_same_process(const struct peer *a, const char *host, uint32_t pid);
 
 /* Frees what the peer holds. */
 void peer_finish(struct peer *peer);

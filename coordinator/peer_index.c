@@ -46,6 +46,24 @@ void peer_index_add(struct peer_index *index, const struct peer *peers, uint32_t
     *slot = number;
 }
 
+/* What comes after the gap moves into it, unless it belongs behind it. */
+void peer_index_remove(struct peer_index *index, const struct peer *peers, uint32_t number)
+{
+    uint32_t *slots = index->slots, *slot = find_slot(index, peers, &peers[number - 1].address);
+    size_t mask = index->capacity - 1, gap = (size_t)(slot - slots);
+    if (*slot != number)
+        return;
+    for (size_t at = (gap + 1) & mask; slots[at]; at = (at + 1) & mask) {
+        size_t home = hash_of(&peers[slots[at] - 1].address) & mask;
+        if (((at - home) & mask) < ((at - gap) & mask))
+            continue;
+        slots[gap] = slots[at];
+        gap = at;
+    }
+    slots[gap] = 0;
+    index->count--;
+}
+
 uint32_t peer_index_find(const struct peer_index *index, const struct peer *peers, const struct wire_peer *address)
 {
     return index->capacity ? *find_slot(index, peers, address) : 0;

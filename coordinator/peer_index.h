@@ -19,6 +19,9 @@ struct peer_index {
 /* Adds the peer of that number, peers[number - 1], in place of an earlier one with its address. */
 void peer_index_add(struct peer_index *index, const struct peer *peers, uint32_t number);
 
+/* Takes out the peer of that number, unless another one has its address. */
+void peer_index_remove(struct peer_index *index, const struct peer *peers, uint32_t number);
+
 /* The number of the peer that was added last with that address, or 0. `peers` holds all that were added. */
 uint32_t peer_index_find(const struct peer_index *index, const struct peer *peers, const struct wire_peer *address);
 

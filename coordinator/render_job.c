@@ -178,20 +178,29 @@ static enum status add_result(struct render_job *job, enum render_pass pass, str
     return assembly_add(job->assembly, band.first_row, band.rows, band.offset, error);
 }
 
-/* Figures may have been too large to count, so they are summed anew. */
-static enum status remove_result(struct render_job *job, uint32_t first_row, struct error *error)
+enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error)
 {
-    struct band_account *bands = job->bands[PASS_RENDER], *gone = &bands[first_row];
+    struct band_account *gone = &job->bands[PASS_RENDER][first_row];
     enum status status = assembly_drop(job->assembly, first_row, gone->rows, error);
     if (job->preview)
         preview_drop(job->preview, first_row, gone->rows);
     gone->rows = 0;
+    job->undone = true;
+    return status;
+}
+
+/* Figures may have been too large to count, so they are summed anew. */
+void render_job_end_undoing(struct render_job *job)
+{
+    const struct band_account *bands = job->bands[PASS_RENDER];
+    if (!job->undone)
+        return;
+    job->undone = false;
     job->rows_done = 0;
     job->figures = (struct row_figures){0};
     for (uint32_t row = 0; row < job->settings.height; row++)
         if (bands[row].rows > 0)
             add_figures(job, &bands[row]);
-    return status;
 }
 
 /* --- what an earlier run left ----------------------------------------------------------------------------- */
@@ -230,7 +239,7 @@ static enum status replay(struct render_job *job, const struct journal_band *ban
 {
     struct band_account account = {.first_row = band->first_row, .rows = band->rows,
                                    .lease_ms = (int64_t)band->lease_ms, .offset = band->offset};
-    return band->undone ? remove_result(job, band->first_row, error)
+    return band->undone ? render_job_undo(job, band->first_row, error)
                         : add_result(job, band->pass, account, result, error);
 }
 
@@ -247,6 +256,7 @@ static enum status read_journal(struct render_job *job, struct rows_found *found
         mark(found, &band, !band.undone);
         status = replay(job, &band, data.data, error);
     }
+    render_job_end_undoing(job);
     bytes_finish(&data);
     return status;
 }
@@ -388,18 +398,20 @@ enum status render_job_compare(const struct render_job *job, enum render_pass pa
     return status;
 }
 
-void render_job_confirm(struct render_job *job, enum render_pass pass, uint32_t first_row)
+void render_job_confirm(struct render_job *job, enum render_pass pass, uint32_t first_row, uint32_t worker)
 {
-    job->bands[pass][first_row].confirmed = true;
+    job->bands[pass][first_row].confirmed_by = worker;
 }
 
-bool render_job_relies_on(const struct render_job *job, uint32_t worker)
+bool render_job_relies_on(const struct render_job *job, const bool *lied, uint32_t *liar)
 {
     const uint32_t rows[PASSES] = {render_job_survey_rows(job), job->settings.height};
     for (int pass = 0; pass < PASSES; pass++)
         for (uint32_t row = 0; row < rows[pass]; row++) {
             const struct band_account *band = &job->bands[pass][row];
-            if (band->rows > 0 && band->worker == worker && !band->confirmed)
+            bool confirmed = band->confirmed_by > 0 && !lied[band->confirmed_by];
+            *liar = band->worker;
+            if (band->rows > 0 && lied[band->worker] && !confirmed)
                 return true;
         }
     return false;
@@ -422,11 +434,6 @@ enum status render_job_disown(struct render_job *job, uint32_t worker, struct er
     return status;
 }
 
-enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error)
-{
-    return remove_result(job, first_row, error);
-}
-
 enum status render_job_restart(struct render_job *job, struct error *error)
 {
     enum status status = STATUS_OK;
@@ -441,6 +448,7 @@ enum status render_job_restart(struct render_job *job, struct error *error)
     job->survey = (struct survey){0};
     job->sampling = job->asked;
     job->rows_done = job->rows_kept = 0;
+    job->undone = false;
     job->kept_count = 0;
     job->rays_kept = 0;
     struct error ignored; /* whatever the outputs said, a later run must not go on from there */

@@ -37,7 +37,7 @@ struct band_account {
     uint32_t worker;  /* its number; 0: an earlier run's */
     int64_t lease_ms; /* how long it held the band */
     uint64_t offset;  /* of its bytes in the journal */
-    bool confirmed;   /* by a second worker */
+    uint32_t confirmed_by; /* the worker that returned the same bytes, or was believed when they were doubted; 0: none */
     struct row_figures figures; /* of a render's */
 };
 
@@ -66,6 +66,7 @@ struct render_job {
     int64_t ended_ms;
     uint32_t rows_done;
     struct row_figures figures; /* of the rows done */
+    bool undone;                /* bands were taken back, and rows_done and figures are not yet without them */
     struct band_account *bands[PASSES]; /* those accepted, at their first row; rows == 0: none begins there */
 };
 
@@ -101,18 +102,21 @@ enum status render_job_take(struct render_job *job, enum render_pass pass, struc
 enum status render_job_compare(const struct render_job *job, enum render_pass pass, uint32_t first_row,
                                const uint8_t *result, bool *same, struct error *error);
 
-/* A band that was accepted was rendered again elsewhere, and is right. */
-void render_job_confirm(struct render_job *job, enum render_pass pass, uint32_t first_row);
+/* A band that was accepted is right, as far as that worker is. */
+void render_job_confirm(struct render_job *job, enum render_pass pass, uint32_t first_row, uint32_t worker);
 
-/* Whether any row, of the survey or the render, is that worker's alone. */
-bool render_job_relies_on(const struct render_job *job, uint32_t worker);
+/* Whether any row, of the survey or the render, has only liars to vouch for it: lied[i] says whether worker i is one (0:
+ * who rendered what was kept). *liar is then whose it is. */
+bool render_job_relies_on(const struct render_job *job, const bool *lied, uint32_t *liar);
 
 /* Notes in the journal, all at once, that bands of the render which are that worker's count no more; render_job_undo is to
  * follow for each, or render_job_restart. STATUS_OUTPUT if that cannot be noted: then the journal is empty. */
 enum status render_job_disown(struct render_job *job, uint32_t worker, struct error *error);
 
-/* Takes back the band of the render that begins there, as if it had not come. STATUS_OUTPUT as of assembly_drop. */
+/* Takes back the band of the render that begins there, as if it had not come. STATUS_OUTPUT as of assembly_drop. After
+ * the last of several, render_job_end_undoing. */
 enum status render_job_undo(struct render_job *job, uint32_t first_row, struct error *error);
+void render_job_end_undoing(struct render_job *job);
 
 /* Takes back all, as if the job had not begun. STATUS_OUTPUT as of journal_clear and assembly_drop. */
 enum status render_job_restart(struct render_job *job, struct error *error);

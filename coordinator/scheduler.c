@@ -85,6 +85,7 @@ static void take_worker_event(struct scheduler *s, struct worker *w, const struc
 void scheduler_handle(struct scheduler *s, const struct event *event, int64_t now_ms, struct action_list *actions)
 {
     s->now_ms = now_ms;
+    s->slept = event->slept;
     s->actions = actions;
     struct worker *w = scheduler_worker(s, event->worker);
     if (event->kind == EVENT_JOB)

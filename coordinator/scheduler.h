@@ -11,9 +11,10 @@
  * that is stuck, unless it loads a job or nobody else is there. Every row is accepted exactly once a pass, and a job
  * ends if one worker answers, whatever the others do.
  *
- * Some bands are audited, which the caller chooses: another worker renders the rows once more, and the caller
- * compares. If they differ it has a trusted worker judge, and tells who lied: that worker's bands are handed out again.
- * A pass ends when nothing of it is open to doubt.
+ * Some bands are audited, which the caller chooses: a worker of another machine renders the rows once more (of the same
+ * one if both workers are trusted and nobody else does), and the caller compares. If they differ it has a trusted
+ * worker judge, and tells who lied: that worker's bands are handed out again, and what it audited is audited again. A
+ * pass ends when nothing of it is open to doubt.
  */
 #ifndef WEFT_COORDINATOR_SCHEDULER_H
 #define WEFT_COORDINATOR_SCHEDULER_H
@@ -27,16 +28,22 @@
 struct scheduler_policy {
     uint32_t band_rows; /* of the render, not of surveys; 0: chosen by what remains, smaller towards the end */
     int64_t silence_ms; /* a worker that is silent for so long is dead */
+    uint32_t newcomer_bands; /* a worker that has answered nothing yet holds no more, nor more than one a thread,
+                              * whatever it says of itself, unless it is trusted; 0: its credit */
     /* Whether a band of which these rows are accepted, or a job's kept rows, are to be audited; NULL: none are. */
     bool (*audits)(const void *context, uint32_t job, enum render_pass pass, uint32_t first_row);
     const void *audits_context; /* borrowed */
 };
 
-enum { SCHEDULER_LOSSES_MAX = 3 }; /* a band that was lost with so many workers fails its job */
+/* A band that was lost with so many workers fails its job. Workers of one machine count as one, unless they are
+ * trusted: so once it was lost so often with fewer, only others may take it, and a trusted one is asked for if nobody
+ * else is there. */
+enum { SCHEDULER_LOSSES_MAX = 3 };
 
 enum event_kind {
     EVENT_JOB,    /* a new job: survey_rows, rows, kept. Jobs are numbered 0, 1, … in the order of these events */
-    EVENT_JOIN,   /* worker, threads, credit, trusted. Worker numbers are the caller's, from 1, each used once */
+    EVENT_JOIN,   /* worker, machine, threads, credit, trusted. Worker numbers are the caller's, from 1. One may be used
+                   * again, by a worker of the same machine, if it is not trusted and has answered nothing */
     EVENT_READY,  /* worker has loaded the job */
     EVENT_BEAT,   /* worker is alive: progress */
     EVENT_RESULT, /* worker returned all of a lease's rows */
@@ -46,7 +53,7 @@ enum event_kind {
     EVENT_SETTLED, /* job, pass, first_row: the audit is over; who lied in it has been told */
     EVENT_JUDGE,  /* job, pass, first_row: a trusted worker that has not rendered it yet is to do so too */
     EVENT_LIAR,   /* worker, be it gone, or 0 for who rendered what was kept: nothing that it said is to be believed */
-    EVENT_TICK,   /* only the time; all that came until then has been told, and who was silent for too long is dead */
+    EVENT_TICK,   /* slept; all that came until then has been told, and who was silent for too long is dead */
 };
 
 /* Rows of a pass that need no rendering. */
@@ -60,10 +67,13 @@ struct event {
     uint32_t worker, job;
     uint32_t survey_rows;     /* JOB: 0: without a survey */
     uint32_t rows;            /* JOB: at least 1 */
+    uint32_t rows_most;       /* JOB: of a band of the render; 0: as many as the policy says */
     const struct kept_rows *kept; /* JOB: kept[kept_count], from an earlier run, by pass and rising rows, none twice; */
     size_t kept_count;            /* borrowed. Of the render only if all of the survey are */
+    uint32_t machine;         /* JOIN: its number, from 1; 0: one that no other worker is of */
     uint32_t threads, credit; /* JOIN: at least 1 each */
     bool trusted;             /* JOIN: what it renders is right */
+    bool slept;               /* TICK: the caller has stood still, so that silence is not the worker's fault */
     enum render_pass pass;    /* SETTLED, JUDGE: of an audit after ACTION_AUDITED; others are passed over */
     uint32_t first_row;
     uint64_t lease;           /* RESULT */
@@ -85,7 +95,8 @@ enum action_kind {
     ACTION_UNDO,     /* these accepted rows of this pass of job are not to be believed; they are rendered again */
     ACTION_RESTART,  /* nothing that was accepted or kept of job is to be believed; it begins again */
     ACTION_NEED_TRUSTED, /* an audit waits that nobody here may render, or only who seems not to answer: a trusted
-                          * worker should join. Said once, until one has joined */
+                          * worker should join. Said once, until one has joined. With rows > 0: the same of a band of
+                          * job that was lost too often */
     ACTION_FAIL,     /* job cannot be completed: these rows of this pass were lost with the workers lost_by */
 };
 

@@ -146,7 +146,7 @@ static struct candidate *first_for(const struct scheduler *s, struct job *job, c
     while (job->candidate < job->candidate_end && !s->candidates[job->candidate].band)
         job->candidate++;
     for (size_t i = job->candidate; i < job->candidate_end; i++)
-        if (s->candidates[i].band && scheduler_may_take(s->candidates[i].band, w))
+        if (s->candidates[i].band && scheduler_may_take(s, s->candidates[i].band, w))
             return &s->candidates[i];
     return NULL;
 }

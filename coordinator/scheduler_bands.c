@@ -42,7 +42,7 @@ void scheduler_begin_pass(struct scheduler *s, struct job *job, enum render_pass
     job->answered_ms = job->answered_rows = job->answered = 0;
     for (size_t i = job->kept_at; is_kept(job, i); i++) {
         job->accepted_rows += job->kept[i].rows;
-        scheduler_choose_audit(s, job, job->kept[i].first_row, job->kept[i].rows, 0);
+        scheduler_choose_audit(s, job, job->kept[i].first_row, job->kept[i].rows, NULL);
     }
     skip_kept(job);
 }
@@ -50,13 +50,14 @@ void scheduler_begin_pass(struct scheduler *s, struct job *job, enum render_pass
 void scheduler_clear_bands(struct job *job)
 {
     list_empty(&job->waiting);
-    list_empty(&job->audits);
+    list_empty(&job->reserved);
     list_empty(&job->unsettled);
     for (size_t i = 0; i < job->band_count; i++) {
         free(job->bands[i]->auditors);
         free(job->bands[i]);
     }
     job->band_count = job->open_audits = 0;
+    job->has_dreaded = false;
 }
 
 /* A share of `rows` for a worker that is slower than the mean, so that its bands take as long as those of others; few
@@ -83,7 +84,7 @@ static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job, co
 {
     bool renders = job->pass == PASS_RENDER;
     uint32_t remaining = rows_of(job) - job->next_row, rows = renders ? s->policy.band_rows : 0;
-    uint32_t together = cut_end(job) - job->next_row;
+    uint32_t together = cut_end(job) - job->next_row, most = renders ? job->rows_most : 0;
     if (rows == 0) {
         uint64_t share = remaining / (BANDS_A_THREAD * s->threads);
         uint64_t least = renders && !is_scarce(s, job) ? BAND_ROWS_MIN : 1;
@@ -91,6 +92,7 @@ static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job, co
         share = renders && share > least ? rows_for(job, w, share) : share;
         rows = (uint32_t)(share < least ? least : share);
     }
+    rows = most > 0 && most < rows ? most : rows;
     return rows < together ? rows : together;
 }
 
@@ -179,26 +181,26 @@ void scheduler_revoke(struct scheduler *s, struct job *job, struct band *band)
 
 /* --- answers ---------------------------------------------------------------------------------------------- */
 
-static void note_surveyor(struct job *job, uint32_t worker)
+void scheduler_note_surveyor(struct job *job, uint32_t worker)
 {
     job->surveyors = memory_grow(job->surveyors, &job->surveyor_capacity, job->surveyor_count + 1,
                                  sizeof *job->surveyors);
     job->surveyors[job->surveyor_count++] = worker;
 }
 
-static void accept(struct scheduler *s, uint32_t worker, struct job *job, struct band *band, int64_t lease_ms)
+static void accept(struct scheduler *s, const struct worker *w, struct job *job, struct band *band, int64_t lease_ms)
 {
-    band->worker = worker;
+    band->worker = w->number;
     if (job->pass == PASS_SURVEY)
-        note_surveyor(job, worker);
+        scheduler_note_surveyor(job, w->number);
     job->answered_ms += lease_ms;
     job->answered++;
     job->answered_rows += band->rows;
     job->accepted_rows += band->rows;
-    scheduler_act(s, (struct action){.kind = ACTION_ACCEPT, .worker = worker, .job = job->number, .pass = job->pass,
+    scheduler_act(s, (struct action){.kind = ACTION_ACCEPT, .worker = w->number, .job = job->number, .pass = job->pass,
                                      .first_row = band->first_row, .rows = band->rows, .lease_ms = lease_ms});
     scheduler_revoke(s, job, band);
-    scheduler_choose_audit(s, job, band->first_row, band->rows, worker);
+    scheduler_choose_audit(s, job, band->first_row, band->rows, w);
     scheduler_end_complete_passes(s, job);
 }
 
@@ -211,12 +213,14 @@ void scheduler_take_result(struct scheduler *s, struct worker *w, uint64_t id)
     struct job *job = lease->job;
     struct band *band = lease->band;
     int64_t lease_ms = s->now_ms - lease->granted_ms;
+    if (!w->proven)
+        scheduler_prove(s, w);
     pace_answer(&w->pace, job->number, job->pass, band->rows, lease_ms, s->now_ms);
     drop_lease(s, lease);
     if (band->audits)
         scheduler_answer_audit(s, w, job, band);
     else
-        accept(s, w->number, job, band, lease_ms);
+        accept(s, w, job, band, lease_ms);
 }
 
 /* --- losses ----------------------------------------------------------------------------------------------- */
@@ -224,20 +228,36 @@ void scheduler_take_result(struct scheduler *s, struct worker *w, uint64_t id)
 void scheduler_put_waiting(struct scheduler *s, struct job *job, struct band *band)
 {
     band->state = BAND_WAITING;
-    list_append(band->audits ? &job->audits : &job->waiting, &band->in_job);
+    list_append(band->audits || scheduler_is_dreaded(band) ? &job->reserved : &job->waiting, &band->in_job);
     s->everyones_turn = true;
 }
 
+bool scheduler_has_lost(const struct band *band, const struct worker *w)
+{
+    for (uint32_t i = 0; i < band->loser_count; i++)
+        if (band->losers[i].party == w->party)
+            return true;
+    return false;
+}
+
+static void note_loss(struct job *job, struct band *band, const struct worker *w)
+{
+    band->losses++;
+    job->has_dreaded |= scheduler_is_dreaded(band);
+    if (!scheduler_has_lost(band, w))
+        band->losers[band->loser_count++] = (struct loser){w->party, w->number};
+}
+
 /* A worker that had the band is gone. */
-static void lose_band(struct scheduler *s, struct job *job, struct band *band, uint32_t worker, bool by_fault)
+static void lose_band(struct scheduler *s, struct job *job, struct band *band, const struct worker *w, bool by_fault)
 {
     if (by_fault)
-        band->lost_by[band->losses++] = worker;
+        note_loss(job, band, w);
     if (band->holders == 0) {
         job->leased_rows -= band->audits ? 0 : band->rows;
         scheduler_put_waiting(s, job, band);
     }
-    if (band->losses == SCHEDULER_LOSSES_MAX)
+    if (band->loser_count == SCHEDULER_LOSSES_MAX)
         scheduler_fail_job(s, job, band);
 }
 
@@ -254,7 +274,7 @@ void scheduler_give_back(struct scheduler *s, struct worker *w, bool by_fault)
         list_leave(&lease->in_worker);
         s->lease_count--;
         if (!lease->job->over)
-            lose_band(s, lease->job, lease->band, w->number, by_fault);
+            lose_band(s, lease->job, lease->band, w, by_fault);
         free(lease);
     }
 }
@@ -263,7 +283,7 @@ void scheduler_give_back(struct scheduler *s, struct worker *w, bool by_fault)
 
 static bool is_anything_waiting(const struct job *job)
 {
-    return scheduler_rows_waiting(job) > 0 || !list_is_empty(&job->audits);
+    return scheduler_has_rows(job) || !list_is_empty(&job->reserved);
 }
 
 /* The last rows are not to wait behind those that the worker has in work, when others may have nothing to do. */
@@ -272,13 +292,14 @@ static bool is_for_others(const struct scheduler *s, const struct worker *w, con
     return s->told_count == 1 && w->lease_count >= w->threads && is_scarce(s, job);
 }
 
-/* An audit, else a band that came back, else one cut from the remaining rows; NULL: there is nothing for the worker. */
+/* What not everybody may take, else a band that came back, else one cut from the remaining rows; NULL: there is nothing
+ * for the worker. */
 static struct band *next_band(const struct scheduler *s, struct job *job, const struct worker *w)
 {
-    struct band *audit = scheduler_next_audit(job, w);
-    if (audit)
-        return audit;
-    if (scheduler_rows_waiting(job) == 0 || is_for_others(s, w, job))
+    struct band *reserved = scheduler_next_reserved(s, job, w);
+    if (reserved)
+        return reserved;
+    if (!scheduler_has_rows(job) || is_for_others(s, w, job))
         return NULL;
     return list_is_empty(&job->waiting) ? cut_band(s, job, w) : list_owner(job->waiting.next, struct band, in_job);
 }

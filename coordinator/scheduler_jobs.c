@@ -16,7 +16,7 @@ void scheduler_add_job(struct scheduler *s, const struct event *event)
     struct job *job = memory_array(1, sizeof *job);
     s->jobs = memory_grow(s->jobs, &s->job_capacity, s->job_count + 1, sizeof(struct job *));
     *job = (struct job){.number = (uint32_t)s->job_count, .pass_rows = {event->survey_rows, event->rows},
-                        .kept_count = event->kept_count};
+                        .rows_most = event->rows_most, .kept_count = event->kept_count};
     s->jobs[s->job_count++] = job;
     job->kept = memory_array(event->kept_count, sizeof *job->kept);
     for (size_t i = 0; i < event->kept_count; i++)
@@ -129,7 +129,7 @@ void scheduler_fail_job(struct scheduler *s, struct job *job, const struct band 
     struct action failure = {.kind = ACTION_FAIL, .job = job->number, .pass = job->pass, .first_row = band->first_row,
                              .rows = band->rows};
     for (int i = 0; i < SCHEDULER_LOSSES_MAX; i++)
-        failure.lost_by[i] = band->lost_by[i];
+        failure.lost_by[i] = band->losers[i].worker;
     end_job(s, job, failure);
 }
 

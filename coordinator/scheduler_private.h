@@ -33,12 +33,17 @@ struct band {
     struct list leases; /* on it, in the order of granting */
     uint32_t holders;   /* how many those are */
     uint32_t losses;    /* leases that ended with their worker's loss, */
-    uint32_t lost_by[SCHEDULER_LOSSES_MAX]; /* and whose */
+    struct loser {
+        uint64_t party;
+        uint32_t worker; /* one of that party */
+    } losers[SCHEDULER_LOSSES_MAX]; /* and with whose */
+    uint32_t loser_count;
     int64_t granted_ms; /* its first lease since it last waited, */
     int64_t copied_ms;  /* and its last */
-    uint32_t worker;    /* from whom its rows, or those that it audits, were accepted; 0: kept */
+    uint32_t worker, machine; /* from whom its rows, or those that it audits, were accepted; 0: kept */
     bool audits;        /* it is no band of the picture: rows that are accepted are rendered once more */
     bool judges;        /* only a trusted worker may */
+    bool lenient;       /* one of the same machine may, if both are trusted: there is nobody else */
     uint32_t *auditors; /* who has */
     size_t auditor_count, auditor_capacity;
 };
@@ -46,9 +51,9 @@ struct band {
 struct job {
     uint32_t number;
     enum render_pass pass;
-    uint32_t pass_rows[PASSES];
+    uint32_t pass_rows[PASSES], rows_most; /* the latter: of a band; 0: any number */
     bool over;
-    uint32_t *surveyors; /* from whom bands of the survey were accepted, in that order */
+    uint32_t *surveyors; /* from whom bands of the survey were accepted, and who confirmed some */
     size_t surveyor_count, surveyor_capacity;
     struct kept_rows *kept; /* those at kept_at and later are yet to be passed by next_row */
     size_t kept_at, kept_count;
@@ -58,9 +63,10 @@ struct job {
     struct band **bands; /* all, in the order of cutting */
     size_t band_count, band_capacity;
     struct list waiting; /* bands to be handed out again, first in first out */
-    struct list audits;  /* audits that wait, in the same order */
+    struct list reserved; /* audits and bands that were lost too often, which not everybody may take; likewise */
     struct list unsettled; /* audits that are answered */
     uint32_t open_audits; /* that wait, are leased or unsettled */
+    bool has_dreaded;     /* some band was lost too often */
     struct list leased;  /* bands and audits: the one that was granted last comes last */
     int64_t answered_ms; /* sum over accepted bands of the time that the worker needed which answered; what others
                           * wasted on them must not lengthen the patience */
@@ -83,8 +89,11 @@ struct lease {
 enum readiness { READINESS_NONE, READINESS_ANNOUNCED, READINESS_READY };
 
 struct worker {
-    uint32_t number, threads, credit;
+    uint32_t number, machine, threads, credit;
+    uint64_t party; /* the same for workers whose losses count as one */
     bool draining, trusted;
+    bool proven;    /* it has answered */
+    uint32_t counted_threads; /* of the scheduler's: until then no more than it may hold bands */
     int64_t heard_ms;
     int64_t told_ms; /* when it was told of a job last */
     struct pace pace;
@@ -106,8 +115,10 @@ struct scheduler {
     size_t told_count, next_job;      /* next_job: the first of which nobody was told */
     struct worker **workers; /* by their numbers; NULL: not present */
     size_t worker_capacity, worker_count; /* count: of those present */
-    uint64_t threads; /* of all present */
+    uint64_t threads; /* of all present, as far as they count */
+    size_t trusted_count; /* of those present */
     bool asked; /* for a trusted worker, and none has joined since */
+    bool slept; /* of the TICK in progress */
     uint64_t next_lease;
     size_t lease_count;
     struct list heard;    /* all workers, who was heard last comes last */
@@ -134,6 +145,9 @@ void scheduler_add_worker(struct scheduler *scheduler, const struct event *event
 
 /* Its bands go to others; if it is by its fault, that is held against them. Frees the worker. */
 void scheduler_remove_worker(struct scheduler *scheduler, struct worker *worker, bool by_fault);
+
+/* It has answered for the first time. */
+void scheduler_prove(struct scheduler *scheduler, struct worker *worker);
 
 /* To be told whenever its leases, its jobs, or its will to take some have changed. */
 void scheduler_update_room(struct scheduler *scheduler, struct worker *worker);
@@ -174,10 +188,15 @@ void scheduler_fail_job(struct scheduler *scheduler, struct job *job, const stru
 
 /* --- bands ------------------------------------------------------------------------------------------------ */
 
-/* Rows of the present pass that nobody has. */
+/* Rows of the present pass that nobody has; and whether there are some that anybody may take. */
 static inline uint32_t scheduler_rows_waiting(const struct job *job)
 {
     return job->over ? 0 : job->pass_rows[job->pass] - job->accepted_rows - job->leased_rows;
+}
+
+static inline bool scheduler_has_rows(const struct job *job)
+{
+    return !job->over && (job->next_row < job->pass_rows[job->pass] || !list_is_empty(&job->waiting));
 }
 
 /* Begins that pass with nothing done but what is kept. Nothing may be leased. */
@@ -205,20 +224,30 @@ void scheduler_take_result(struct scheduler *scheduler, struct worker *worker, u
 /* The worker is gone: all that it holds goes to others. */
 void scheduler_give_back(struct scheduler *scheduler, struct worker *worker, bool by_fault);
 
+/* Whether the worker, or another one that counts as the same, has lost the band. */
+bool scheduler_has_lost(const struct band *band, const struct worker *worker);
+
 /* Gives bands to those whose turn it is, one each in turn, until nobody can take more. */
 void scheduler_deal(struct scheduler *scheduler);
 
 /* --- audits ----------------------------------------------------------------------------------------------- */
 
-/* These rows were accepted from that worker: if the policy wants it, they are audited. */
+/* These rows were accepted from that worker, or kept (NULL): if the policy wants it, they are audited. */
 void scheduler_choose_audit(struct scheduler *scheduler, struct job *job, uint32_t first_row, uint32_t rows,
-                            uint32_t worker);
+                            const struct worker *worker);
 
-/* Whether the worker may render the band: any, or an audit of what it has not rendered yet. */
-bool scheduler_may_take(const struct band *band, const struct worker *worker);
+/* Whether the band was lost so often that who lost it may not try again. */
+static inline bool scheduler_is_dreaded(const struct band *band)
+{
+    return band->losses >= SCHEDULER_LOSSES_MAX;
+}
 
-/* A waiting audit for the worker; NULL: there is none. */
-struct band *scheduler_next_audit(const struct job *job, const struct worker *worker);
+/* Whether the worker may render the band. */
+bool scheduler_may_take(const struct scheduler *scheduler, const struct band *band, const struct worker *worker);
+
+/* What of the job's reserved bands the worker may take; NULL: none. */
+struct band *scheduler_next_reserved(const struct scheduler *scheduler, const struct job *job,
+                                     const struct worker *worker);
 
 /* The worker has answered the audit, which nobody has any more. */
 void scheduler_answer_audit(struct scheduler *scheduler, struct worker *worker, struct job *job, struct band *audit);
@@ -227,6 +256,9 @@ void scheduler_answer_audit(struct scheduler *scheduler, struct worker *worker, 
 void scheduler_settle_audit(struct scheduler *scheduler, const struct event *event);
 void scheduler_judge_audit(struct scheduler *scheduler, const struct event *event);
 void scheduler_take_liar(struct scheduler *scheduler, uint32_t worker);
+
+/* All of the job's render rests on that worker too. */
+void scheduler_note_surveyor(struct job *job, uint32_t worker);
 
 /* Asks for a trusted worker, if there is no going on without. */
 void scheduler_ask_for_trusted(struct scheduler *scheduler);

@@ -18,17 +18,38 @@ static void make_room_for(struct scheduler *s, uint32_t number)
         s->workers[i] = NULL;
 }
 
+/* Trusted workers are each its own; so are those whose machine nobody knows. */
+static uint64_t party_of(const struct event *event)
+{
+    bool alone = event->trusted || event->machine == 0;
+    return alone ? event->worker : (uint64_t)event->machine << 32;
+}
+
+static uint32_t least(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+/* What it says of itself may count. */
+static bool allows_all(const struct scheduler *s, const struct worker *w)
+{
+    return s->policy.newcomer_bands == 0 || w->proven || w->trusted;
+}
+
 void scheduler_add_worker(struct scheduler *s, const struct event *event)
 {
     struct worker *w = memory_array(1, sizeof *w);
     make_room_for(s, event->worker);
     s->workers[event->worker] = w;
-    *w = (struct worker){.number = event->worker, .threads = event->threads, .credit = event->credit,
-                         .trusted = event->trusted, .heard_ms = s->now_ms};
+    *w = (struct worker){.number = event->worker, .machine = event->machine, .threads = event->threads,
+                         .credit = event->credit, .trusted = event->trusted, .party = party_of(event),
+                         .heard_ms = s->now_ms};
     list_empty(&w->leases);
     list_append(&s->heard, &w->in_heard);
     s->worker_count++;
-    s->threads += w->threads;
+    w->counted_threads = allows_all(s, w) ? w->threads : least(w->threads, s->policy.newcomer_bands);
+    s->threads += w->counted_threads;
+    s->trusted_count += w->trusted;
     s->asked &= !w->trusted;
     scheduler_update_room(s, w);
     scheduler_tell_worker(s, w);
@@ -41,7 +62,9 @@ void scheduler_remove_worker(struct scheduler *s, struct worker *w, bool by_faul
         list_leave(links[i]);
     s->workers[w->number] = NULL;
     s->worker_count--;
-    s->threads -= w->threads;
+    s->threads -= w->counted_threads;
+    s->trusted_count -= w->trusted;
+    s->everyones_turn |= s->trusted_count == s->worker_count; /* those left may audit one another now */
     scheduler_give_back(s, w, by_fault);
     free(w->readiness);
     free(w);
@@ -55,9 +78,21 @@ static void put(struct list *list, struct list *link, bool in)
         list_append(list, link);
 }
 
+void scheduler_prove(struct scheduler *s, struct worker *w)
+{
+    w->proven = true;
+    s->threads += w->threads - w->counted_threads;
+    w->counted_threads = w->threads;
+}
+
+static uint32_t allowance(const struct scheduler *s, const struct worker *w)
+{
+    return allows_all(s, w) ? w->credit : least(w->credit, least(w->threads, s->policy.newcomer_bands));
+}
+
 void scheduler_update_room(struct scheduler *s, struct worker *w)
 {
-    bool can_take = !w->draining && w->lease_count < w->credit;
+    bool can_take = !w->draining && w->lease_count < allowance(s, w);
     put(&s->room, &w->in_room, can_take);
     put(&s->idle, &w->in_idle, can_take && w->lease_count == 0 && w->loaded > 0);
 }
@@ -110,7 +145,7 @@ int64_t scheduler_silent_at(const struct scheduler *s, const struct worker *w)
 static void expel(struct scheduler *s, struct worker *w, bool stuck)
 {
     scheduler_act(s, (struct action){.kind = ACTION_EXPEL, .worker = w->number, .stuck = stuck});
-    scheduler_remove_worker(s, w, !stuck); /* that a worker is stuck is not held against its bands */
+    scheduler_remove_worker(s, w, !stuck && !s->slept); /* that a worker is stuck is not held against its bands */
 }
 
 void scheduler_expel_hopeless(struct scheduler *s)

@@ -1,6 +1,8 @@
 #include "worker/order.h"
 
+#include "image/encode.h"
 #include "trace/survey.h"
+#include "wire/rows.h"
 
 struct order order_of(const struct message *band)
 {
@@ -29,11 +31,19 @@ static bool is_adaptive(const struct sampling *sampling)
            sampling->threshold < SAMPLING_THRESHOLDS;
 }
 
-bool order_fits(const struct order *order, uint32_t width, uint32_t height)
+static bool is_small(const struct order *order, const struct job_settings *settings)
+{
+    const struct row_layout layout = row_layout_of(
+        settings->width, pixel_format_bytes((enum pixel_format)settings->pixel_format), settings->maps);
+    return order->pass == PASS_SURVEY || order->rows <= MESSAGE_RESULT_MAX / row_record_bytes(&layout);
+}
+
+bool order_fits(const struct order *order, const struct job_settings *settings)
 {
     const struct sampling *sampling = &order->sampling;
     bool surveys = order->pass == PASS_SURVEY;
-    uint32_t rows = surveys ? survey_grid(width, height).down : height;
+    uint32_t rows = surveys ? survey_grid(settings->width, settings->height).down : settings->height;
     return order->rows > 0 && order->first_row < rows && order->rows <= rows - order->first_row &&
+           is_small(order, settings) &&
            (surveys ? is_adaptive(sampling) && sampling->least == 1 : is_fixed(sampling) || is_adaptive(sampling));
 }

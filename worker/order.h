@@ -19,7 +19,8 @@ struct order {
 /* The order that a BAND message gives. */
 struct order order_of(const struct message *band);
 
-/* Whether a picture of that size has these rows, and its tracer (sampling.h, survey.h) knows such a sampling. */
-bool order_fits(const struct order *order, uint32_t width, uint32_t height);
+/* Whether a picture of these settings has these rows, their result is not too large (wire/message.h), and its tracer
+ * (sampling.h, survey.h) knows such a sampling. */
+bool order_fits(const struct order *order, const struct job_settings *settings);
 
 #endif

@@ -350,7 +350,7 @@ bool pool_start(struct pool *pool, uint64_t lease, uint32_t number, const struct
     pthread_mutex_lock(&pool->mutex);
     struct pool_job *job = find_job(pool, number);
     bool possible = job && job->loading == LOADING_DONE && job->loaded &&
-                    order_fits(order, job->settings.width, job->settings.height);
+                    order_fits(order, &job->settings);
     if (possible) {
         struct held_band **link = &pool->bands;
         while (*link)

@@ -419,9 +419,13 @@ static void take_band(struct session *s, const struct message *message, int64_t 
 {
     const struct session_job *job = find_job(s, message->band.job);
     struct order order = order_of(message);
-    bool fits = job && job->state == JOB_READY && order_fits(&order, job->settings.width, job->settings.height);
+    bool fits = job && job->state == JOB_READY && order_fits(&order, &job->settings);
     if (!fits || find_band(s, message->band.lease)) {
         break_off(s, "a band that is not of a ready job", now_ms);
+        return;
+    }
+    if (s->band_count == s->config.hello.hello.credit) {
+        break_off(s, "more bands than this worker can take", now_ms);
         return;
     }
     s->bands = memory_grow(s->bands, &s->band_capacity, s->band_count + 1, sizeof *s->bands);

@@ -1,5 +1,6 @@
 #include "wire/door.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -57,26 +58,30 @@ static bool part_is(const struct bytes *part, const char *text)
     return part->size == strlen(text) && memcmp(part->data, text, part->size) == 0;
 }
 
-/* Its name within, or NULL: it stays outside. */
-static const char *judge(struct door *door, const struct key *key)
+/* Its name within; "": it stays outside. */
+static void judge(struct door *door, const struct key *key, char user[WIRE_USER_BYTES])
 {
-    if (key_list_has(&door->workers, key))
-        return DOOR_WORKER;
-    if (key_list_has(&door->watchers, key))
-        return DOOR_WATCHER;
+    static_assert(sizeof DOOR_WATCHER - 1 + KEY_TEXT_BYTES <= WIRE_USER_BYTES, "names fit");
     char text[KEY_TEXT_BYTES], line[REFUSAL_BYTES];
     key_text(key, text);
+    if (key_list_has(&door->workers, key)) {
+        snprintf(user, WIRE_USER_BYTES, DOOR_WORKER "%s", text);
+        return;
+    }
+    if (key_list_has(&door->watchers, key)) {
+        snprintf(user, WIRE_USER_BYTES, DOOR_WATCHER "%s", text);
+        return;
+    }
     snprintf(line, sizeof line, "refused %.*s: its key %s is not among the workers or watchers",
              (int)door->parts[ADDRESS].size, (const char *)door->parts[ADDRESS].data, text);
     note(door, line);
-    return NULL;
 }
 
 /* The same request number, then the verdict; version 1.0 has no more of them. */
 static void answer(struct door *door, const char *user)
 {
     const struct bytes *request = &door->parts[REQUEST];
-    const char *const rest[] = {user ? "200" : "400", "", user ? user : "", ""};
+    const char *const rest[] = {*user ? "200" : "400", "", user, ""};
     const size_t count = sizeof rest / sizeof *rest;
     wire_socket_send(door->questions, "1.0", 3, true);
     wire_socket_send(door->questions, request->data, request->size, true);
@@ -96,12 +101,12 @@ static void answer_questions(struct door *door)
 {
     struct bytes *parts = door->parts;
     for (size_t count = receive(door, door->questions); count > 0; count = receive(door, door->questions)) {
-        const char *user = NULL;
+        char user[WIRE_USER_BYTES] = "";
         struct key key;
         if (count == PARTS && part_is(&parts[VERSION], "1.0") && part_is(&parts[MECHANISM], "CURVE") &&
             parts[KEY].size == sizeof key.bytes) {
             memcpy(key.bytes, parts[KEY].data, sizeof key.bytes);
-            user = judge(door, &key);
+            judge(door, &key, user);
         }
         answer(door, user);
     }

@@ -12,9 +12,9 @@
 
 struct door;
 
-/* The names (ZeroMQ's User-Id) that messages from who came in carry. */
-#define DOOR_WORKER "worker"
-#define DOOR_WATCHER "watcher"
+/* The names (ZeroMQ's User-Id) that messages from who came in carry: one of these, and its key (key_text). */
+#define DOOR_WORKER "worker "
+#define DOOR_WATCHER "watcher "
 
 /* Starts before `guarded`, a socket that is borrowed until door_destroy, is bound. Moves both lists into the door. The
  * thread has the signal mask of the caller. NULL with *error filled if ZeroMQ or the system refuses; the lists are

@@ -33,13 +33,14 @@
 enum {
     PROTOCOL_VERSION = 2,
     MESSAGE_CHUNK_MAX = 256 * 1024,           /* bytes of an asset or result in one message */
-    MESSAGE_BYTES_MAX = 2 * 1024 * 1024,
+    MESSAGE_BYTES_MAX = MESSAGE_CHUNK_MAX + 4096, /* a chunk and what goes with it; nothing else is as long */
     MESSAGE_HOST_BYTES = 256,                 /* with the NUL */
     MESSAGE_KERNEL_BYTES = 16,
     MESSAGE_REASON_BYTES = 1024,
     MESSAGE_THREADS_MAX = 65535,
     MESSAGE_SIDE_MAX = 65535,                 /* pixels; width, height and rows of a band */
     MESSAGE_SAMPLES_MAX = 65536,              /* a pixel */
+    MESSAGE_RESULT_MAX = 256 * 1024 * 1024,   /* bytes of a whole band's result */
     MESSAGE_THRESHOLD_MAX = 255,
     MESSAGE_FILTERS = 2,                      /* as enum pixel_filter */
     MESSAGE_PIXEL_FORMATS = 3,                /* as enum pixel_format */

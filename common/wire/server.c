@@ -1,11 +1,13 @@
 #include "wire/socket.h"
 
 #include <assert.h>
+#include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sodium.h>
 #include <zmq.h>
 
 #include "base/memory.h"
@@ -21,11 +23,17 @@ struct wire_server {
     size_t turn;         /* the socket to be heard first */
     struct door *door;   /* NULL without keys */
     struct bytes sender; /* of the message being received */
+    uint8_t secret[crypto_shorthash_siphashx24_KEYBYTES]; /* of the names of machines */
 };
 
 bool wire_peer_equal(const struct wire_peer *a, const struct wire_peer *b)
 {
     return a->socket == b->socket && a->size == b->size && memcmp(a->id, b->id, a->size) == 0;
+}
+
+bool wire_machine_equal(const struct wire_machine *a, const struct wire_machine *b)
+{
+    return memcmp(a->id, b->id, sizeof a->id) == 0;
 }
 
 /* Each worker takes a descriptor, and the usual soft limit of 1024 would stop a large farm. Best effort. */
@@ -63,6 +71,7 @@ struct wire_server *wire_server_create(struct coordinator_keys *keys, struct err
 {
     raise_descriptor_limit();
     struct wire_server *server = memory_array(1, sizeof *server);
+    randombytes_buf(server->secret, sizeof server->secret);
     enum status status = open_socket(server, error);
     if (status == STATUS_OK)
         status = open_socket(server, error);
@@ -134,21 +143,43 @@ bool wire_server_send(struct wire_server *server, const struct wire_peer *peer, 
     return wire_socket_send(socket, peer->id, peer->size, true) && wire_socket_send(socket, data, size, false);
 }
 
+/* Of an ipc connection ZeroMQ tells user, group and process, behind what the system takes for a name. */
+static bool is_network_address(const char *address)
+{
+    return isxdigit((unsigned char)address[0]) || strncmp(address, "::", 2) == 0;
+}
+
+/* A secret goes into the names, so that nobody can choose a key whose name is another's. */
+static struct wire_machine machine_of(const struct wire_server *server, const struct wire_origin *origin)
+{
+    struct wire_machine machine = {{0}};
+    const char *name = origin->user[0] ? origin->user : origin->address;
+    static_assert(sizeof machine.id == crypto_shorthash_siphashx24_BYTES, "a name is a hash");
+    if (origin->user[0] || is_network_address(name))
+        crypto_shorthash_siphashx24(machine.id, (const unsigned char *)name, strlen(name), server->secret);
+    return machine;
+}
+
+static bool is_worker(const char *user)
+{
+    return strncmp(user, DOOR_WORKER, strlen(DOOR_WORKER)) == 0;
+}
+
 /* Messages that are not one part from a sender whose name fits are dropped, a bounded number at a call so
  * that a flood of them cannot hold the caller. */
 static bool receive_from(struct wire_server *server, size_t at, struct wire_peer *peer, struct bytes *data)
 {
     enum { DROPPED_AT_ONCE = 100 };
-    char user[WIRE_USER_BYTES];
+    struct wire_origin origin;
     for (int dropped = 0; dropped < DROPPED_AT_ONCE; dropped++) {
-        size_t parts = wire_socket_receive(server->sockets[at], (struct bytes *[]){&server->sender, data}, 2, user);
+        size_t parts = wire_socket_receive(server->sockets[at], (struct bytes *[]){&server->sender, data}, 2, &origin);
         if (parts == 0)
             return false;
         if (parts != 2 || server->sender.size > sizeof peer->id)
             continue;
         *peer = (struct wire_peer){.socket = (uint8_t)at, .size = (uint8_t)server->sender.size,
-                                   .own = at == OWN,
-                                   .may_work = at != GUARDED || strcmp(user, DOOR_WORKER) == 0};
+                                   .own = at == OWN, .machine = machine_of(server, &origin),
+                                   .may_work = at != GUARDED || is_worker(origin.user)};
         memcpy(peer->id, server->sender.data, server->sender.size);
         return true;
     }

@@ -45,14 +45,25 @@ struct socket_option {
     int value;
 };
 
-/* More messages than one peer can be owed: a band for each of the largest credit, and as many others. */
-enum { QUEUE_MESSAGES = 8 * MESSAGE_THREADS_MAX };
+/*
+ * Queues count messages of each connection, not bytes, and there may be thousands of connections. What one of them can
+ * make a coordinator hold:
+ *
+ *   by sending more than is read   RECEIVED_MESSAGES of MESSAGE_BYTES_MAX, 8 MiB (mostly chunks of results; bands a
+ *                                  second do not suffer: ZeroMQ's thread refills the queue while we read)
+ *   by not reading                 SENT_MESSAGES of less than 200 bytes, and chunks of assets as far as the dispatcher
+ *                                  allows it to ask for any: twice a job's scene, at most 520 MiB
+ *
+ * and as much again in the kernel's buffers, which are its own limit. SENT_MESSAGES is more than one peer can be owed
+ * while it does not answer: each band of the largest credit that the dispatcher gives (512), granted and revoked, 256
+ * jobs announced and ended, chunks that it asked for, and beats. A worker has but one connection, and trusts its
+ * coordinator: its queues hold all of the largest credit that a message can name.
+ */
+enum { RECEIVED_MESSAGES = 32, SENT_MESSAGES = 2048, WORKERS_MESSAGES = 8 * MESSAGE_THREADS_MAX };
 
 static const struct socket_option every_socket[] = {
     /* The default has no limit, and a peer could make us allocate what it likes. */
     {ZMQ_MAXMSGSIZE, MESSAGE_BYTES_MAX},
-    /* Above what credit allows, so a send never fails for want of room. Room is taken as it is used. */
-    {ZMQ_SNDHWM, QUEUE_MESSAGES},
     /* The kernel finds out that a peer vanished without a word, and frees the connection after about a
      * minute; the farm itself knows sooner, by its beats. */
     {ZMQ_TCP_KEEPALIVE, 1},
@@ -70,8 +81,9 @@ static const struct socket_option server_socket[] = {
     {ZMQ_HANDSHAKE_IVL, 2000},
     /* A whole farm may knock at once. */
     {ZMQ_BACKLOG, 1024},
-    /* Counts whole messages of each peer: at most 64 MiB of results wait here, the rest at the worker. */
-    {ZMQ_RCVHWM, 256},
+    /* What does not fit waits at the worker. */
+    {ZMQ_RCVHWM, RECEIVED_MESSAGES},
+    {ZMQ_SNDHWM, SENT_MESSAGES},
     /* A coordinator that ends owes nobody anything: workers learn of it by GOODBYE or by silence. */
     {ZMQ_LINGER, 0},
 };
@@ -81,8 +93,9 @@ static const struct socket_option client_socket[] = {
     {ZMQ_IMMEDIATE, 1},
     /* Try again soon when packets to the coordinator just vanish; the kernel would try for two minutes. */
     {ZMQ_CONNECT_TIMEOUT, 3000},
-    /* Above the credit, so never reached: reading must not stop. */
-    {ZMQ_RCVHWM, QUEUE_MESSAGES},
+    /* Above the credit, so never reached: reading must not stop, nor a send fail. Room is taken as it is used. */
+    {ZMQ_RCVHWM, WORKERS_MESSAGES},
+    {ZMQ_SNDHWM, WORKERS_MESSAGES},
     /* Time for the last results and GOODBYE to leave. */
     {ZMQ_LINGER, 2000},
 };
@@ -222,13 +235,14 @@ static bool receive_part(void *socket, zmq_msg_t *part)
 }
 
 /* The last part is asked: in version 4.3.4 the first, which ROUTER makes, can lack it. */
-static void read_user(zmq_msg_t *part, char user[WIRE_USER_BYTES])
+static void read_origin(zmq_msg_t *part, struct wire_origin *origin)
 {
-    const char *name = zmq_msg_gets(part, "User-Id");
-    snprintf(user, WIRE_USER_BYTES, "%s", name ? name : "");
+    const char *user = zmq_msg_gets(part, "User-Id"), *address = zmq_msg_gets(part, "Peer-Address");
+    snprintf(origin->user, sizeof origin->user, "%s", user ? user : "");
+    snprintf(origin->address, sizeof origin->address, "%s", address ? address : "");
 }
 
-size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max, char user[WIRE_USER_BYTES])
+size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max, struct wire_origin *origin)
 {
     size_t count = 0;
     bool more = true;
@@ -242,8 +256,8 @@ size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max
         }
         count += count <= max;
         more = zmq_msg_more(&part);
-        if (user && !more)
-            read_user(&part, user);
+        if (origin && !more)
+            read_origin(&part, origin);
         zmq_msg_close(&part);
     }
     return count;

@@ -37,10 +37,18 @@ bool wire_endpoint_is_local(const char *endpoint);
 
 struct wire_server;
 
+/* The machine at the other end of a connection, as that shows it, whatever messages claim: one for each key that comes
+ * in by CURVE, else one for each network address; all zero: this machine, by ipc. */
+enum { WIRE_MACHINE_BYTES = 16 };
+struct wire_machine {
+    uint8_t id[WIRE_MACHINE_BYTES];
+};
+
 /* A connection as the server knows it; valid until it breaks. Compare with wire_peer_equal. Who may not work may only
  * look: nothing else that it sends may be heeded. */
 enum { WIRE_PEER_BYTES = 16 };
 struct wire_peer {
+    struct wire_machine machine;
     bool own; /* it came by wire_server_bind_own's endpoint */
     bool may_work;
     uint8_t socket; /* the server's own */
@@ -49,6 +57,7 @@ struct wire_peer {
 };
 
 bool wire_peer_equal(const struct wire_peer *a, const struct wire_peer *b);
+bool wire_machine_equal(const struct wire_machine *a, const struct wire_machine *b);
 
 /* With keys, only who has one of the keys on its lists can speak over TCP, encrypted (CURVE); ipc stays plain, because
  * there the file system says who may enter. Without keys (NULL) everything is plain, and everybody may work. Finishes

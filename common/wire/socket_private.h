@@ -31,10 +31,14 @@ enum status wire_socket_connect(void *socket, const char *endpoint, struct error
 bool wire_socket_send(void *socket, const void *data, size_t size, bool more);
 
 /* Takes one waiting message, never blocking, and puts its first `max` parts into parts[max], replacing what
- * they held. Returns how many parts it had (counted to max + 1 at most), 0 if no message waits. Writes the name under
- * which the doorkeeper let the sender in (door.h) to user unless NULL: "" over a plain socket. */
-enum { WIRE_USER_BYTES = 16 };
-size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max, char user[WIRE_USER_BYTES]);
+ * they held. Returns how many parts it had (counted to max + 1 at most), 0 if no message waits. Writes what the
+ * connection shows of the sender to *origin unless NULL. */
+enum { WIRE_USER_BYTES = 64, WIRE_ADDRESS_BYTES = 96 };
+struct wire_origin {
+    char user[WIRE_USER_BYTES];       /* under which the doorkeeper let it in (door.h); "": over a plain socket */
+    char address[WIRE_ADDRESS_BYTES]; /* of its network interface, in digits; something else by ipc */
+};
+size_t wire_socket_receive(void *socket, struct bytes *const parts[], size_t max, struct wire_origin *origin);
 
 /* As struct pollfd: a socket, what to wait for (POLLIN, POLLOUT), and what of it is ready. */
 struct wire_waiting {

@@ -26,6 +26,7 @@ enum {
     JOIN_SPREAD_US = 2000000,
     SLOW_EVERY = 20,
     TICK_US = 20000,         /* stands for the beats of many workers, which all make the scheduler look */
+    NEWCOMER_BANDS = 32,     /* as from the dispatcher */
     KNOT_ROWS = 40,          /* rows between those whose costs are drawn */
     CREDIT = 2,
 };
@@ -281,7 +282,8 @@ static double ideal_us(const struct world *w)
 
 static void run(struct task task)
 {
-    struct world w = {.task = task, .scheduler = scheduler_create(&(struct scheduler_policy){.silence_ms = INT32_MAX})};
+    struct world w = {.task = task, .scheduler = scheduler_create(&(struct scheduler_policy){
+        .silence_ms = INT32_MAX, .newcomer_bands = NEWCOMER_BANDS})};
     add_scenes(&w);
     add_machines(&w);
     push(&w, (struct happening){.kind = TICKS});

@@ -10,6 +10,13 @@ fixed=("$scenes/showcase.json" --size 160x90 --samples 16)
 mkdir "$tmp/pictures"
 hold_port
 
+# Machines are told apart by their keys, or else by their addresses, of which there is one here.
+keys=$tmp/keys
+"$weft" keygen "$keys" >"$tmp/keygen.out"
+for name in good bad worse; do
+    "$weft" keygen --worker "$name" "$keys" >>"$tmp/keygen.out"
+done
+
 # coordinator LABEL OPTION...: starts a render of pictures/LABEL.png on the port.
 coordinator() {
     local label=$1
@@ -19,7 +26,7 @@ coordinator() {
     coordinator=$pid
 }
 
-# lie LABEL LIES OPTION...: a worker that lies.
+# lie LABEL LIES OPTION...: a worker that lies; an honest one.
 lie() {
     local label=$1 lies=$2
     shift 2
@@ -68,13 +75,15 @@ liars=()
 # --- one liar -------------------------------------------------------------------------------------------------
 # From its 1st result on, which is of the survey, or from its 30th, far into the render.
 for from in 0 29; do
-    coordinator "one-$from" "${adaptive[@]}" --workers 0 --audit 100
-    lie "one-$from-liar" "$from 7"
+    coordinator "one-$from" "${adaptive[@]}" --workers 0 --audit 100 --keys "$keys"
+    lie "one-$from-liar" "$from 7" --keys "$keys/bad"
     wait_until "grep -q 'worker 1 joined' '$tmp/one-$from.err'" 20
-    honest "one-$from-honest" --threads 1
+    honest "one-$from-honest" --threads 1 --keys "$keys/good"
     right "a liar from result $from on and an honest worker" "one-$from" "$tmp/adaptive.png"
     found_out "a liar from result $from on and an honest worker" "one-$from"
     ok "from result $from on: bands were audited" [ "$(audited "one-$from")" -gt 0 ]
+    ok "from result $from on: one that says it is of the same machine, but has another key, stays" \
+        bash -c "! grep -q 'wrong bytes' '$tmp/one-$from-honest.err'"
 done
 like 'a liar is told why it is left out' "$(cat "$tmp/one-0-liar.err")" 'returned wrong bytes'
 like 'nor may it come again' "$(cat "$tmp/one-0.err")" 'refused a worker .*: a worker of that machine returned wrong bytes'
@@ -83,22 +92,36 @@ coordinator fixed "${fixed[@]}" --workers 1 --threads 1 --audit 100
 lie fixed-liar '1 5'
 right 'a liar and a local worker' fixed "$tmp/fixed.png"
 
+# Two of one address, of which the second says what the first does: it is not asked.
+coordinator alike "${fixed[@]}" --workers 0 --audit 100
+lie alike-first '0 2'
+lie alike-second '0 2'
+right 'two liars of one machine' alike "$tmp/fixed.png"
+like 'two liars of one machine: a worker of its own audits them' "$(cat "$tmp/alike.err")" \
+    'to tell whose bytes are right'
+found_out 'two liars of one machine' alike
+
 # --- nobody honest --------------------------------------------------------------------------------------------
-coordinator none "${fixed[@]}" --workers 0 --audit 100
-lie none-first '2 3'
-lie none-second '3 3'
+coordinator none "${fixed[@]}" --workers 0 --audit 100 --keys "$keys"
+lie none-first '2 3' --keys "$keys/bad"
+lie none-second '3 3' --keys "$keys/worse"
 right 'two liars' none "$tmp/fixed.png"
 like 'two liars: a worker of its own settles it' "$(cat "$tmp/none.err")" 'to tell whose bytes are right'
 found_out 'two liars' none
 
 # --- honest ones ----------------------------------------------------------------------------------------------
 # Bytes, those of figures and surveys too, do not depend on kernel or threads: else somebody would be accused.
-coordinator honest "${adaptive[@]}" --workers 0 --audit 100
-honest honest-ref --threads 1 --kernel ref
-honest honest-best --threads 3
+coordinator honest "${adaptive[@]}" --workers 0 --audit 100 --keys "$keys"
+honest honest-ref --threads 1 --kernel ref --keys "$keys/good"
+honest honest-best --threads 3 --keys "$keys/bad"
 right 'two honest workers of different kernels and threads' honest "$tmp/adaptive.png"
 ok 'nobody is accused' bash -c "! grep -q 'wrong bytes' '$tmp/honest.err'"
 ok 'each of the 90/4 bands, and those of the survey, were audited' [ "$(audited honest)" -ge 23 ]
+
+exits 0 'two workers of this machine audit each other' "$weft" render "${fixed[@]}" --workers 2 --threads 2 --band 4 \
+    --audit 100 --report "$tmp/pair.report" -o "$tmp/pair.png"
+same_bytes 'the picture is the same' "$tmp/pair.png" "$tmp/fixed.png"
+ok 'all bands were audited' [ "$(audited pair)" -ge 23 ]
 
 exits 0 'a worker alone is given company' "$weft" render "${fixed[@]}" --audit 20 -o "$tmp/alone.png"
 same_bytes 'the picture is the same' "$tmp/alone.png" "$tmp/fixed.png"

@@ -62,6 +62,24 @@ start heir "$worker" --threads 2 --once "$endpoint"
 pid=$coordinator
 complete "the only remote worker killed, another one comes" last
 
+# --- one machine that comes again and again, and each time dies with what it was given ------------------------
+render relapse --workers 0 --listen 'tcp://127.0.0.1:*' --band 45
+coordinator=$pid
+listening relapse
+for ((tries = 1; tries <= 10; tries++)); do
+    start victim "$worker" --threads 1 "$endpoint"
+    victim=$pid
+    wait_until "[ \$(grep -c joined '$tmp/relapse.err') = $tries ]" 20
+    wait_until "tail -n 1 '$tmp/relapse.out' | grep -q '\"bands_held\":[1-9]'" 10
+    slay "$victim"
+    wait_until "[ \$(grep -c 'is lost' '$tmp/relapse.err') = $tries ]" 10
+    grep -q 'starting a local worker' "$tmp/relapse.err" && break
+done
+pid=$coordinator
+complete "the same machine lost three times with the same rows" relapse
+like "a local worker has tried them" "$(cat "$tmp/relapse.err")" \
+    'rows [0-9]+ to [0-9]+ were lost 3 times with workers of the same machines; starting a local worker'
+
 # --- all of them, again and again -----------------------------------------------------------------------------
 render hopeless --workers 2 "${endless[@]}"
 kill_workers_of "$pid" 60

@@ -109,7 +109,7 @@ static void take_actions(void)
         if (action.kind == SESSION_LOAD)
             take_load(action.job);
         if (action.kind == SESSION_START) {
-            require(order_fits(&action.order, WIDTH, HEIGHT));
+            require(order_fits(&action.order, &(struct job_settings){.width = WIDTH, .height = HEIGHT}));
             run.started[action.lease % NUMBERS]++;
         }
     }

@@ -31,7 +31,7 @@ static void add_part(struct survey *survey, struct byte_reader *input)
 static void require_taken(enum render_pass pass, const struct sampling *sampling)
 {
     struct order order = {.pass = pass, .rows = 1, .sampling = *sampling};
-    require(order_fits(&order, WIDTH, HEIGHT));
+    require(order_fits(&order, &(struct job_settings){.width = WIDTH, .height = HEIGHT}));
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -65,9 +65,9 @@ static void check_said(const struct link *link, const struct peer *peer, const s
 }
 
 /* Who is given up for its silence, and not for wrong bytes, has said nothing that waits to be heard. */
-static void check_given_up(const struct link *link, enum message_kind kind)
+static void check_given_up(const struct link *link, const struct peer *peer, enum message_kind kind)
 {
-    bool for_silence = kind == MESSAGE_REFUSE && !workers[link->worker].crooked;
+    bool for_silence = kind == MESSAGE_REFUSE && !peer->lied;
     require(!for_silence || !network_waits(link), "worker %u is expelled though it spoke", link->worker);
 }
 
@@ -83,7 +83,7 @@ static bool send_down(void *context, const struct wire_peer *to, const void *dat
     const struct peer *peer = find_present(to, message.epoch);
     check_said(link, peer, &message);
     if (peer && (message.kind == MESSAGE_GOODBYE || message.kind == MESSAGE_REFUSE)) {
-        check_given_up(link, message.kind);
+        check_given_up(link, peer, message.kind);
         link->farewell = message.epoch;
     }
     return network_send_down(to, data, size);
@@ -106,8 +106,7 @@ static int bell(void)
 
 static void start_coordinator(void)
 {
-    const struct dispatcher_config config = {.band_rows = chance(50) ? 0 : draw(1, 10), .send = send_down,
-                                             .host = "host0", .bell = bell(),
+    const struct dispatcher_config config = {.band_rows = chance(50) ? 0 : draw(1, 10), .send = send_down, .bell = bell(),
                                              .audit_percent = farm.audits ? 100 : 0};
     coordinator.dispatcher = dispatcher_create(&config, history.now_ms);
     for (uint32_t i = 0; i < coordinator.job_count; i++)
@@ -195,6 +194,7 @@ static void hear(const struct packet *packet, size_t from)
     farm.altered |= sound && packet->altered && decides_pixels(message.kind);
     coordinator.epoch = sound ? message.epoch : 0;
     coordinator.deaf = !sound || (message.kind != MESSAGE_HELLO && !find_present(&address, message.epoch));
+    coordinator.deaf &= coordinator.dispatcher->unreachable_count == 0; /* whose bands go to others now */
     coordinator.hellos += sound && message.kind == MESSAGE_HELLO;
     dispatcher_take_message(coordinator.dispatcher, &address, packet->bytes.data, packet->bytes.size, history.now_ms);
     coordinator.deaf = false;
@@ -266,7 +266,7 @@ static int64_t coordinator_deadline(void)
     return deadline_ms > coordinator.stopped_until_ms ? deadline_ms : coordinator.stopped_until_ms;
 }
 
-/* Of the first host, on which the coordinator is. */
+/* Of a worker that the coordinator has started. */
 static void tell_death(uint32_t pid)
 {
     const struct dispatcher *d = coordinator.dispatcher;
@@ -278,7 +278,7 @@ static void tell_death(uint32_t pid)
     }
     dispatcher_lose_process(coordinator.dispatcher, pid, history.now_ms);
     for (size_t i = 0; i < d->peer_count; i++)
-        require(d->peers[i].gone || d->peers[i].pid != pid || strcmp(d->peers[i].host, "host0") != 0,
+        require(d->peers[i].gone || d->peers[i].pid != pid || !d->peers[i].address.own,
                 "process %u is dead and still there", pid);
     check_rest();
 }

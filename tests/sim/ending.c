@@ -20,7 +20,8 @@
 enum { MACHINES_MAX = 17, HELD_MAX = 64, ROWS = 1080, SLOWNESS = 10, SILENCE_MS = 4500,
        SLACK_MS = 150, /* the scheduler's clock counts milliseconds, and copies that gain less than 20 are not made */
        FIRST_ROWS = 4, /* of a worker's first bands, */
-       CREDIT = 2,     /* of which it gets so many a thread */
+       CREDIT = 2,     /* of which it gets so many a thread, */
+       NEWCOMER_BANDS = 32, /* and at first no more than so many, as from the dispatcher */
 };
 
 struct machine {
@@ -138,7 +139,7 @@ static void make_rows(bool uneven)
 static int64_t render(int fast, uint32_t threads, int64_t us_a_unit)
 {
     machine_count = fast + 1;
-    scheduler = scheduler_create(&(struct scheduler_policy){.silence_ms = SILENCE_MS});
+    scheduler = scheduler_create(&(struct scheduler_policy){.silence_ms = SILENCE_MS, .newcomer_bands = NEWCOMER_BANDS});
     now_us = 1000000;
     last_band = 0;
     done = false;

@@ -40,7 +40,7 @@ int fdatasync(int descriptor)
 static void kill_worker(struct worker *w)
 {
     size_t link = w->link;
-    bool told = w->host == 0 && chance(70);
+    bool told = w->own && chance(70);
     if (!w->session)
         return;
     end_worker(w);
@@ -49,7 +49,7 @@ static void kill_worker(struct worker *w)
     if (told)
         happen(DEATH_IS_TOLD, 0, w->pid, history.now_ms + draw(0, 50));
     w->pid += 10;
-    if (chance(80))
+    if (w->number == farm.judge || chance(80)) /* the coordinator starts its own again */
         happen(START, w->number, 0, history.now_ms + draw(0, 8000));
 }
 
@@ -84,7 +84,7 @@ static void trouble_worker(struct worker *w)
         return stop_worker(w, history.now_ms + draw(100, 20000));
     default:
         drain_worker(w);
-        if (chance(50))
+        if (w->number == farm.judge || chance(50))
             happen(START, w->number, 0, history.now_ms + draw(0, 8000));
     }
 }
@@ -204,7 +204,7 @@ static void make_workers(bool calm)
         w->crooked = may_be_odd && farm.audits && chance(40);
         if (farm.audits && (w->liar || w->evil > 0 || w->crooked))
             w->host += 10 + i; /* its machine is left out with it */
-        w->own = farm.audits && w->host == 0 && (i == 0 || chance(50));
+        w->own = w->host == 0 && is_honest(w) && !w->crooked && (i == 0 || chance(50));
         w->disturbed = w->unfit || w->stranger || w->liar || w->crooked || w->evil > 0;
         happen(START, i, 0, chance(50) ? draw(0, 20) : draw(0, 15000));
         if (w->liar)
@@ -256,14 +256,16 @@ static void check_farewell(void)
 }
 
 /* How long a render may take: what its first worker needs alone, with its ways to and fro, and some more, for that gets
- * bands that others keep only when these have had their time. */
+ * bands that others keep only when these have had their time. Where all is audited the slowest may have to audit it. */
 static int64_t patience_ms(void)
 {
     const struct worker *w = &workers[0];
-    int64_t rows = 0;
+    int64_t rows = 0, ms_a_row = w->ms_a_row;
+    for (uint32_t i = 1; i < worker_count && farm.audits; i++)
+        ms_a_row = workers[i].ms_a_row > ms_a_row ? workers[i].ms_a_row : ms_a_row;
     for (uint32_t i = 0; i < coordinator.job_count; i++)
         rows += coordinator.jobs[i].settings.height + render_job_survey_rows(&coordinator.jobs[i]);
-    return 120000 + 3 * rows * w->ms_a_row + 2 * rows * w->high_ms;
+    return 120000 + 3 * rows * ms_a_row + 2 * rows * w->high_ms;
 }
 
 /* From the coordinator's start to its end. True if it came to one. */

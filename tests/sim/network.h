@@ -55,6 +55,7 @@ struct link {
     uint32_t evil;            /* of so many messages in a hundred something becomes */
     bool cut;
     bool own;          /* of a worker of the coordinator's */
+    uint32_t machine;  /* of its worker, whatever that says; 0: the coordinator's */
     uint64_t farewell; /* epoch of the conversation that the coordinator ended by a word to the worker */
     int64_t worker_knows_ms, coordinator_knows_ms; /* from when on each cannot send; INT64_MAX: it can */
     struct pipe up, down; /* to the coordinator, to the worker */
@@ -167,6 +168,7 @@ static inline struct wire_peer address_of(size_t link)
 {
     struct wire_peer address = {.size = 5, .may_work = true, .own = network.links[link].own};
     memcpy(address.id + 1, &(uint32_t){(uint32_t)link}, sizeof(uint32_t));
+    memcpy(address.machine.id, &network.links[link].machine, sizeof(uint32_t));
     return address;
 }
 

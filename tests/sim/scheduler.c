@@ -17,6 +17,7 @@ enum {
     SPARES_MAX = 24, /* trusted workers that come when they are asked for */
     JOBS_MAX = 4,
     ROWS_MAX = 200,
+    MACHINES = 4, /* of which some workers are; the first is that of trusted ones */
     LEASES_MAX = 4096,
     END_MS = 3600 * 1000, /* far beyond what the honest worker needs alone */
 };
@@ -37,8 +38,10 @@ struct lease {
 struct worker {
     enum fate fate;
     bool present;                         /* in the scheduler's view */
+    bool proven;                          /* it has answered */
     bool draining, fated;                 /* fated: its fate has come */
     bool trusted;
+    uint32_t machine;                     /* 0: its own */
     uint32_t lies;                        /* so often, in percent */
     bool announced[JOBS_MAX], ready[JOBS_MAX], ended[JOBS_MAX];
     uint32_t threads, credit, held;
@@ -51,6 +54,7 @@ struct worker {
 struct audit {
     bool open, unsettled, judges;
     uint64_t renderers, liars; /* bit sets of workers; 0: nobody who is here */
+    uint32_t last;             /* who rendered it last, after the first */
     uint32_t turn;             /* counts its answers */
 };
 
@@ -58,11 +62,15 @@ struct audit {
 struct job {
     enum render_pass pass;
     uint32_t rows[PASSES];
-    uint64_t surveyors; /* bit set of workers whose survey was accepted */
+    uint64_t surveyors; /* bit set of workers whose survey was accepted, or who found another's right */
     bool kept, over;
     uint32_t accepted_rows;
     bool accepted[ROWS_MAX];
-    uint8_t losses[ROWS_MAX]; /* by fault */
+    uint8_t losses[ROWS_MAX]; /* by fault, of bands and audits */
+    struct {
+        uint32_t count;
+        uint64_t workers; /* bit set */
+    } lost[2][ROWS_MAX];  /* the same of bands, and of audits */
     uint32_t band_rows[ROWS_MAX], band_worker[ROWS_MAX]; /* of the accepted band that begins there; rows 0: none does */
     struct audit audits[ROWS_MAX];
 };
@@ -79,6 +87,7 @@ struct happening {
 static struct world {
     bool deadly, asked;
     uint32_t audited; /* bands, in percent */
+    uint32_t newcomer_bands;
     struct kept_rows kept[JOBS_MAX];
     struct scheduler *scheduler;
     struct action_list actions;
@@ -93,7 +102,8 @@ static struct world {
 
 /* What the histories held, over all seeds. */
 static struct {
-    unsigned surveyed, done, failed, expelled, stuck, revoked, late, audited, judged, liars, undone, restarted, asked;
+    unsigned surveyed, done, failed, expelled, stuck, revoked, late, audited, judged, liars, undone, restarted, asked,
+        reopened;
 } tally;
 
 static void happen(enum happening_kind kind, int64_t at_ms, struct event event)
@@ -114,9 +124,40 @@ static void drop_worker(uint32_t number, bool by_fault)
             continue;
         lease->state = LOST;
         struct job *job = &world.jobs[lease->job];
-        for (uint32_t row = lease->first_row; row < lease->first_row + lease->rows; row++)
+        for (uint32_t row = lease->first_row; row < lease->first_row + lease->rows; row++) {
             job->losses[row] += by_fault;
+            job->lost[lease->audits][row].count += by_fault;
+            job->lost[lease->audits][row].workers |= (uint64_t)by_fault << number;
+        }
     }
+}
+
+/* Whether losses of the two count as one. */
+static bool count_as_one(uint32_t a, uint32_t b)
+{
+    const struct worker *one = &world.workers[a], *other = &world.workers[b];
+    return a == b || (!one->trusted && !other->trusted && one->machine > 0 && one->machine == other->machine);
+}
+
+/* The band, or audit, was lost so often that others are to try it than this worker and those who count as the same. */
+static bool is_dreaded_by(const struct job *job, bool audits, uint32_t row, uint32_t worker)
+{
+    bool has_lost = false;
+    for (uint32_t i = 1; i <= world.worker_count; i++)
+        has_lost |= (job->lost[audits][row].workers >> i & 1) && count_as_one(i, worker);
+    return has_lost && job->lost[audits][row].count >= SCHEDULER_LOSSES_MAX;
+}
+
+static uint32_t count_losers(uint64_t workers)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 1; i <= world.worker_count; i++) {
+        bool is_first = workers >> i & 1;
+        for (uint32_t k = 1; k < i; k++)
+            is_first &= !(workers >> k & 1) || !count_as_one(i, k);
+        count += is_first;
+    }
+    return count;
 }
 
 /* The bands of open leases are either the same or have no row in common. */
@@ -141,12 +182,20 @@ static void check_announce(const struct action *a)
     w->announced[a->job] = true;
 }
 
-/* The audit there waits or is leased, and the worker may render it. */
+/* The worker is of the same machine as who rendered the audited band. */
+static bool is_near(const struct job *job, uint32_t first_row, uint32_t worker)
+{
+    uint32_t machine = world.workers[worker].machine;
+    return machine > 0 && world.workers[job->band_worker[first_row]].machine == machine;
+}
+
+/* The audit there waits or is leased, and the worker may render it: a trusted one perhaps even if it is near. */
 static bool is_audit_for(const struct job *job, uint32_t first_row, uint32_t worker)
 {
     const struct audit *audit = &job->audits[first_row];
-    bool has_rendered = audit->renderers >> worker & 1;
-    return audit->open && !audit->unsettled && !has_rendered && (world.workers[worker].trusted || !audit->judges);
+    bool has_rendered = audit->renderers >> worker & 1, is_trusted = world.workers[worker].trusted;
+    return audit->open && !audit->unsettled && !has_rendered && (is_trusted || !audit->judges) &&
+           (is_trusted || !is_near(job, first_row, worker));
 }
 
 static bool is_audited(const void *context, uint32_t job, enum render_pass pass, uint32_t first_row)
@@ -164,10 +213,19 @@ static void note_band(uint32_t number, uint32_t first_row, uint32_t rows, uint32
     job->accepted_rows += rows;
     for (uint32_t row = first_row; row < first_row + rows; row++)
         job->accepted[row] = true;
+    job->lost[true][first_row].count = 0; /* its audit is a new one */
+    job->lost[true][first_row].workers = 0;
     job->audits[first_row] = (struct audit){.open = is_audited(NULL, number, job->pass, first_row),
                                             .renderers = UINT64_C(1) << worker,
                                             .liars = (uint64_t)lies << worker,
                                             .turn = job->audits[first_row].turn};
+}
+
+static uint32_t allowance(const struct worker *w)
+{
+    uint32_t most = w->threads < world.newcomer_bands ? w->threads : world.newcomer_bands;
+    bool limited = world.newcomer_bands > 0 && !w->proven && !w->trusted;
+    return limited && most < w->credit ? most : w->credit;
 }
 
 static void check_grant(const struct action *a)
@@ -176,7 +234,7 @@ static void check_grant(const struct action *a)
     struct job *job = &world.jobs[a->job];
     require(a->lease == world.lease_count + 1 && a->lease < LEASES_MAX, "lease %llu", (unsigned long long)a->lease);
     require(w->present && !w->draining && w->ready[a->job], "worker %u cannot take a band", a->worker);
-    require(w->held < w->credit, "worker %u got more than its credit", a->worker);
+    require(w->held < allowance(w), "worker %u got more than it may hold", a->worker);
     require(a->pass == job->pass, "job %u is not at pass %d", a->job, (int)a->pass);
     require(!job->over && a->rows >= 1 && a->first_row + a->rows <= job->rows[a->pass], "rows outside of an open job");
     bool audits = job->accepted[a->first_row];
@@ -184,6 +242,8 @@ static void check_grant(const struct action *a)
     require(!audits || job->band_rows[a->first_row] == a->rows, "row %u: other rows are audited", a->first_row);
     for (uint32_t row = a->first_row; row < a->first_row + a->rows; row++)
         require(job->accepted[row] == audits, "row %u handed out again", row);
+    require(!is_dreaded_by(job, audits, a->first_row, a->worker), "worker %u is to try row %u once more", a->worker,
+            a->first_row);
     check_overlap(a);
     w->held++;
     world.leases[++world.lease_count] = (struct lease){.worker = a->worker, .job = a->job, .pass = a->pass,
@@ -225,6 +285,7 @@ static void check_audited(const struct action *a, const struct event *event)
     world.workers[lease->worker].held--;
     audit->unsettled = true;
     audit->renderers |= UINT64_C(1) << a->worker;
+    audit->last = a->worker;
     audit->liars |= (uint64_t)lease->lies << a->worker;
     struct happening finds = {FINDS, {.job = a->job, .pass = a->pass, .first_row = a->first_row}, ++audit->turn};
     queue_put(&world.happenings, history.now_ms + (chance(50) ? 0 : draw(0, 500)), &finds, sizeof finds);
@@ -279,7 +340,7 @@ static void check_need(void)
     world.asked = true;
     require(world.worker_count < WORKERS_MAX + SPARES_MAX, "too many trusted workers are asked for");
     uint32_t number = ++world.worker_count;
-    world.workers[number] = (struct worker){.trusted = true, .threads = draw(1, 4), .credit = draw(1, 4),
+    world.workers[number] = (struct worker){.trusted = true, .machine = 1, .threads = draw(1, 4), .credit = draw(1, 4),
                                             .ms_a_row = draw(1, 300)};
     happen(JOINS, history.now_ms + draw(0, 5000), (struct event){.worker = number});
     tally.asked++;
@@ -351,7 +412,9 @@ static void check_over(const struct action *a)
     job->over = true;
     world.jobs_over++;
     for (uint32_t row = a->first_row; a->kind == ACTION_FAIL && row < a->first_row + a->rows; row++)
-        require(job->losses[row] >= SCHEDULER_LOSSES_MAX, "failed for row %u, lost %u times", row, job->losses[row]);
+        require(count_losers(job->lost[0][row].workers) >= SCHEDULER_LOSSES_MAX ||
+                count_losers(job->lost[1][row].workers) >= SCHEDULER_LOSSES_MAX,
+                "failed for row %u, lost %u times", row, job->losses[row]);
     require(a->kind == ACTION_FAIL ? a->pass == job->pass
                                    : job->pass == PASS_RENDER && job->accepted_rows == job->rows[PASS_RENDER],
             "job %u done with holes", a->job);
@@ -437,9 +500,30 @@ static void check_audits_wait(uint32_t number)
     for (uint32_t row = 0; !job->over && row < ROWS_MAX; row++)
         for (uint32_t i = 1; job->audits[row].open && !leased[row] && i <= world.worker_count; i++) {
             const struct worker *w = &world.workers[i];
-            bool room = w->present && !w->draining && w->ready[number] && w->held < w->credit;
-            require(!room || !is_audit_for(job, row, i), "the audit of row %u waits though worker %u has room", row, i);
+            bool room = w->present && !w->draining && w->ready[number] && w->held < allowance(w);
+            bool may = is_audit_for(job, row, i) && (job->audits[row].judges || !is_near(job, row, i)) &&
+                       !is_dreaded_by(job, true, row, i);
+            require(!room || !may, "the audit of row %u waits though worker %u has room", row, i);
         }
+}
+
+static bool has_room(const struct worker *w, uint32_t job)
+{
+    return w->present && !w->draining && w->ready[job] && w->held < allowance(w) && w->held < w->threads;
+}
+
+/* Rows that nobody has, because only those have room who have lost them too often. */
+static uint32_t dreaded_rows(uint32_t number, const bool leased[ROWS_MAX])
+{
+    const struct job *job = &world.jobs[number];
+    uint32_t count = 0;
+    for (uint32_t row = 0; row < job->rows[job->pass]; row++) {
+        bool dreaded = !job->accepted[row] && !leased[row];
+        for (uint32_t i = 1; i <= world.worker_count; i++)
+            dreaded &= !has_room(&world.workers[i], number) || is_dreaded_by(job, false, row, i);
+        count += dreaded;
+    }
+    return count;
 }
 
 /* Between events: both sides count alike, nobody silent is left, and no row waits for a worker that has room (for the
@@ -451,14 +535,15 @@ static void check_rest(const struct event *event)
         const struct worker *w = &world.workers[i];
         require(!w->present || history.now_ms - w->heard_ms < SILENCE_MS, "worker %u is silent and still there", i);
         for (uint32_t job = 0; job < world.jobs_begun; job++)
-            room[job] |= w->present && !w->draining && w->ready[job] && w->held < w->credit && w->held < w->threads;
+            room[job] |= has_room(w, job);
     }
     for (uint32_t job = 0; job < world.jobs_begun; job++) {
         uint32_t leased = leased_rows(job, mark);
         const struct job *j = &world.jobs[job];
         require(leased == scheduler_rows_leased(world.scheduler, job), "job %u: other rows are leased", job);
         require(!j->over || leased == 0, "job %u is over and leased", job);
-        require(j->over || !room[job] || j->accepted_rows + leased == j->rows[j->pass], "rows of job %u wait", job);
+        require(j->over || !room[job] || j->accepted_rows + leased == j->rows[j->pass] ||
+                j->accepted_rows + leased + dreaded_rows(job, mark) == j->rows[j->pass], "rows of job %u wait", job);
     }
     for (uint64_t i = 1; i <= world.lease_count; i++) {
         const struct lease *lease = &world.leases[i];
@@ -517,9 +602,24 @@ static void note_job(const struct event *event)
         note_band(number, event->kept[i].first_row, event->kept[i].rows, 0, chance(30));
 }
 
+/* What a liar alone found right is audited again. */
+static void open_audits_of(uint32_t liar)
+{
+    for (uint32_t i = 0; i < world.jobs_begun; i++)
+        for (uint32_t row = 0; liar > 0 && row < ROWS_MAX; row++) {
+            struct job *job = &world.jobs[i];
+            struct audit *audit = &job->audits[row];
+            bool opens = !job->over && !audit->open && audit->last == liar && job->band_worker[row] != liar;
+            audit->open |= opens;
+            tally.reopened += opens;
+        }
+}
+
 static void tell(struct event event)
 {
     struct worker *w = &world.workers[event.worker];
+    if (event.kind == EVENT_LIAR)
+        open_audits_of(event.worker);
     if (event.kind == EVENT_JOB)
         note_job(&event);
     if (w->present && event.kind != EVENT_TICK && event.kind != EVENT_LIAR)
@@ -532,6 +632,8 @@ static void tell(struct event event)
         drop_worker(event.worker, event.kind == EVENT_LOST);
     if (event.kind == EVENT_RESULT && (!w->present || world.leases[event.lease % LEASES_MAX].state != OPEN))
         tally.late++;
+    else if (event.kind == EVENT_RESULT)
+        w->proven |= world.leases[event.lease].worker == event.worker;
     world.actions.count = 0;
     scheduler_handle(world.scheduler, &event, history.now_ms, &world.actions);
     for (size_t i = 0; i < world.actions.count; i++)
@@ -569,6 +671,8 @@ static void caller_finds(const struct happening *h)
     audit->judges = event.kind == EVENT_JUDGE;
     audit->open = audit->judges;
     audit->unsettled = false;
+    if (!audit->open && event.pass == PASS_SURVEY)
+        world.jobs[event.job].surveyors |= UINT64_C(1) << audit->last;
     tally.judged += audit->judges;
     tell(event);
 }
@@ -579,8 +683,8 @@ static void worker_joins(uint32_t number)
     w->present = true;
     w->heard_ms = history.now_ms;
     world.asked &= !w->trusted;
-    tell((struct event){.kind = EVENT_JOIN, .worker = number, .threads = w->threads, .credit = w->credit,
-                        .trusted = w->trusted});
+    tell((struct event){.kind = EVENT_JOIN, .worker = number, .machine = w->machine, .threads = w->threads,
+                        .credit = w->credit, .trusted = w->trusted});
     happen(BEATS, history.now_ms + BEAT_MS, (struct event){.worker = number});
     uint32_t latest_ms = world.deadly || chance(50) ? 1500 : 10000;
     if (w->fate != HONEST && w->fate != REPEATS)
@@ -633,11 +737,13 @@ static void make_workers(void)
 {
     world.worker_count = draw(1, WORKERS_MAX);
     world.deadly = chance(20);
+    bool together = chance(70);
     for (uint32_t i = 1; i <= world.worker_count; i++) {
         struct worker *w = &world.workers[i];
         w->fate = i == 1 ? HONEST : world.deadly ? DIES : (enum fate)draw(0, FATES - 1);
-        w->trusted = i == 1 && chance(50);
-        w->lies = i > 1 && world.audited > 0 && chance(30) ? draw(1, 100) : 0;
+        w->trusted = (i == 1 && chance(50)) || chance(10);
+        w->machine = w->trusted ? 1 : together ? draw(1, world.deadly ? 2 : MACHINES) : 0;
+        w->lies = !w->trusted && i > 1 && world.audited > 0 && chance(30) ? draw(1, 100) : 0;
         w->threads = draw(1, 4);
         w->credit = chance(50) ? 2 * w->threads : draw(1, 3);
         w->ms_a_row = chance(20) ? draw(500, 3000) : draw(1, 300);
@@ -664,8 +770,10 @@ static void make_world(void)
 {
     struct action_list actions = world.actions;
     world = (struct world){.actions = actions};
-    world.scheduler = scheduler_create(&(struct scheduler_policy){chance(50) ? 0 : draw(1, 40), SILENCE_MS,
-                                                                  is_audited, NULL});
+    world.newcomer_bands = chance(50) ? 0 : draw(1, 2);
+    world.scheduler = scheduler_create(&(struct scheduler_policy){
+        .band_rows = chance(50) ? 0 : draw(1, 40), .silence_ms = SILENCE_MS, .newcomer_bands = world.newcomer_bands,
+        .audits = is_audited});
     world.audited = chance(50) ? 0 : chance(50) ? 100 : draw(1, 99);
     make_workers();
     make_jobs();
@@ -711,10 +819,10 @@ static void test_histories(void **state)
     seeds_run(live);
     print_message("# seeds %u to %u: %u jobs surveyed, %u done, %u failed, %u workers expelled, %u stuck, "
                   "%u leases revoked, %u results too late; %u bands audited, %u judged, %u liars expelled, %u bands "
-                  "undone, %u jobs begun again, %u trusted workers asked for\n",
+                  "undone, %u jobs begun again, %u trusted workers asked for, %u audits opened again\n",
                   seeds.first, seeds.first + seeds.count - 1, tally.surveyed, tally.done, tally.failed, tally.expelled,
                   tally.stuck, tally.revoked, tally.late, tally.audited, tally.judged, tally.liars, tally.undone,
-                  tally.restarted, tally.asked);
+                  tally.restarted, tally.asked, tally.reopened);
 }
 
 static int finish(void **state)

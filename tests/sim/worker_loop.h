@@ -185,6 +185,7 @@ static void connection_is_made(struct worker *w, uint32_t socket)
     }
     w->link = network_open(w->number, w->low_ms, w->high_ms, w->evil);
     network.links[w->link].own = w->own;
+    network.links[w->link].machine = w->host;
     worker_turn(w);
 }
 
@@ -195,7 +196,8 @@ static void start_worker(struct worker *w)
         .core_revision = {{w->stranger}}, .kernel = "ref", .pid = w->pid, .threads = w->threads, .credit = w->credit}};
     if (w->session)
         return;
-    snprintf(config.hello.hello.host, sizeof config.hello.hello.host, "host%u", w->host);
+    bool honest = is_honest(w) && !w->crooked; /* others borrow names */
+    snprintf(config.hello.hello.host, sizeof config.hello.hello.host, "host%u", honest ? w->host : draw(0, 15));
     w->stopped = w->draining = w->exited = false;
     w->busy_ms = 0;
     w->rays = draw(0, 1000);

@@ -1,4 +1,4 @@
-/* Audits: which bands are chosen, and what is kept of those in doubt. */
+/* Audits: which bands are chosen, what is kept of those in doubt, and who vouches for a picture. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "coordinator/audit.h"
+#include "coordinator/render_job.h"
 
 static struct audit audit;
 
@@ -78,12 +79,38 @@ static void test_doubts(void **state)
     audit_finish(&audit);
 }
 
+/* Whether a picture of two bands, rendered by workers 1 and 2 and confirmed by those, relies on liars alone; whose band it
+ * is, or 0. */
+static uint32_t relies_on(uint32_t first_confirmed_by, uint32_t second_confirmed_by, const bool lied[4])
+{
+    struct band_account bands[8] = {[0] = {.rows = 4, .worker = 1, .confirmed_by = first_confirmed_by},
+                                    [4] = {.first_row = 4, .rows = 4, .worker = 2, .confirmed_by = second_confirmed_by}};
+    struct render_job job = {.settings.height = 8, .bands[PASS_RENDER] = bands};
+    uint32_t liar;
+    return render_job_relies_on(&job, lied, &liar) ? liar : 0;
+}
+
+/* What somebody else has found right can be relied on, unless he lied as well. */
+static void test_who_vouches(void **state)
+{
+    (void)state;
+    static const bool nobody[4], first[4] = {[1] = true}, second[4] = {[2] = true}, confirmer[4] = {[3] = true},
+                      both[4] = {[1] = true, [3] = true};
+    assert_int_equal(relies_on(0, 0, nobody), 0);
+    assert_int_equal(relies_on(0, 0, first), 1);
+    assert_int_equal(relies_on(0, 0, second), 2);
+    assert_int_equal(relies_on(3, 0, first), 0);
+    assert_int_equal(relies_on(3, 0, confirmer), 0);
+    assert_int_equal(relies_on(3, 0, both), 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_share),
         cmocka_unit_test(test_secret),
         cmocka_unit_test(test_doubts),
+        cmocka_unit_test(test_who_vouches),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -86,6 +86,31 @@ static void test_again(void **state)
     peer_index_finish(&index);
 }
 
+/* Whoever is left is still found; one whose address another has taken over is not there to be removed. */
+static void test_remove(void **state)
+{
+    (void)state;
+    struct peer_index index = index_of_all();
+    peers[PEERS] = (struct peer){.number = PEERS + 1, .address = address_of(7)};
+    peer_index_add(&index, peers, PEERS + 1);
+    peer_index_remove(&index, peers, 7);
+    assert_int_equal(find(&index, address_of(7)), PEERS + 1);
+    for (uint32_t number = 1; number <= PEERS; number++)
+        if (number % 3 > 0)
+            peer_index_remove(&index, peers, number == 7 ? PEERS + 1 : number);
+    for (uint32_t number = 1; number <= PEERS; number++)
+        assert_int_equal(find(&index, address_of(number)), number % 3 > 0 ? 0 : number);
+    assert_int_equal(index.count, PEERS / 3);
+    peer_index_remove(&index, peers, 1); /* again */
+    assert_int_equal(index.count, PEERS / 3);
+    for (uint32_t number = 1; number <= PEERS; number++)
+        if (number % 3 > 0)
+            peer_index_add(&index, peers, number);
+    for (uint32_t number = 1; number <= PEERS; number++)
+        assert_int_equal(find(&index, address_of(number)), number);
+    peer_index_finish(&index);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -93,6 +118,7 @@ int main(void)
         cmocka_unit_test(test_many),
         cmocka_unit_test(test_nearly_equal),
         cmocka_unit_test(test_again),
+        cmocka_unit_test(test_remove),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -315,6 +315,20 @@ static void test_wrong_bands(void **state)
     }
 }
 
+/* Nor more than the worker said that it can take. */
+static void test_too_many_bands(void **state)
+{
+    (void)state;
+    start_ready(false);
+    for (uint64_t lease = 1; lease <= 4; lease++) {
+        char start[40];
+        snprintf(start, sizeof start, "START 0 #%u 0+1", (unsigned)lease);
+        receive(band(0, lease, 0, 1), start);
+    }
+    receive(band(0, 5, 0, 1), "FORGET 0, RECONNECT");
+    assert_broken_off("more bands than this worker can take");
+}
+
 /* The rows of a survey are those of its grid. */
 static void test_survey(void **state)
 {
@@ -384,6 +398,7 @@ int main(void)
         cmocka_unit_test_teardown(test_lease_given_twice, finish),
         cmocka_unit_test_teardown(test_end, finish),
         cmocka_unit_test_teardown(test_wrong_bands, finish),
+        cmocka_unit_test_teardown(test_too_many_bands, finish),
         cmocka_unit_test_teardown(test_survey, finish),
         cmocka_unit_test_teardown(test_sampling_of_bands, finish),
         cmocka_unit_test_teardown(test_band_too_early, finish),

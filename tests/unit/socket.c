@@ -147,6 +147,31 @@ static void test_many_clients(void **state)
     close_server(server);
 }
 
+/* Without keys a machine is an address, on whatever connection; by ipc there is but this one. */
+static void test_machines(void **state)
+{
+    (void)state;
+    static const struct wire_machine here;
+    char bound[WIRE_ENDPOINT_BYTES], other_bound[WIRE_ENDPOINT_BYTES];
+    struct wire_peer first, second, other, local;
+    struct wire_server *server = serve("tcp://127.0.0.1:*", bound);
+    assert_int_equal(wire_server_bind(server, ipc_endpoint(), NULL, &error), STATUS_OK);
+    struct wire_client *joined[] = {join_and_greet(server, bound, &first), join_and_greet(server, bound, &second),
+                                     join_and_greet(server, ipc_endpoint(), &local)};
+    assert_true(wire_machine_equal(&first.machine, &second.machine));
+    assert_false(wire_machine_equal(&first.machine, &here));
+    assert_true(wire_machine_equal(&local.machine, &here));
+    if (have_ipv6()) {
+        assert_int_equal(wire_server_bind(server, "tcp://[::1]:*", other_bound, &error), STATUS_OK);
+        leave(join_and_greet(server, other_bound, &other));
+        assert_false(wire_machine_equal(&first.machine, &other.machine));
+        assert_false(wire_machine_equal(&other.machine, &here));
+    }
+    for (size_t i = 0; i < sizeof joined / sizeof *joined; i++)
+        leave(joined[i]);
+    close_server(server);
+}
+
 /* --- coming and going ------------------------------------------------------------------------------------- */
 
 static void lose_peer(const char *endpoint)
@@ -310,6 +335,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_every_interface, start, stop),
         cmocka_unit_test_setup_teardown(test_bodies, start, stop),
         cmocka_unit_test_setup_teardown(test_many_clients, start, stop),
+        cmocka_unit_test_setup_teardown(test_machines, start, stop),
         cmocka_unit_test_setup_teardown(test_gone_peer, start, stop),
         cmocka_unit_test_setup_teardown(test_client_first, start, stop),
         cmocka_unit_test_setup_teardown(test_server_restarts, start, stop),

@@ -63,6 +63,32 @@ static void test_worker_and_watcher(void **state)
     close_server(server);
 }
 
+/* A machine is its key, on whatever connection; by ipc there is but this one. */
+static void test_machines(void **state)
+{
+    (void)state;
+    static const struct wire_machine here;
+    static const char *const names[] = {"worker.key", "worker.key", "loom/worker.key", "watcher.key"};
+    enum { CLIENTS = sizeof names / sizeof *names };
+    char bound[WIRE_ENDPOINT_BYTES];
+    struct wire_peer peers[CLIENTS], local_peer;
+    struct wire_client *joined[CLIENTS];
+    struct wire_server *server = guarded(farm, bound);
+    assert_int_equal(wire_server_bind(server, ipc_endpoint(), NULL, &error), STATUS_OK);
+    for (int i = 0; i < CLIENTS; i++) {
+        joined[i] = join_and_greet_as(server, bound, names[i], &peers[i]);
+        assert_false(wire_machine_equal(&peers[i].machine, &here));
+        for (int k = 0; k < i; k++)
+            assert_int_equal(wire_machine_equal(&peers[i].machine, &peers[k].machine), strcmp(names[i], names[k]) == 0);
+    }
+    struct wire_client *local = join_and_greet_as(server, ipc_endpoint(), "worker.key", &local_peer);
+    assert_true(wire_machine_equal(&local_peer.machine, &here));
+    for (int i = 0; i < CLIENTS; i++)
+        leave(joined[i]);
+    leave(local);
+    close_server(server);
+}
+
 /* Every message tells what its sender may do, also those that waited. */
 static void test_each_message(void **state)
 {
@@ -276,6 +302,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_worker_and_watcher, start, stop),
+        cmocka_unit_test_setup_teardown(test_machines, start, stop),
         cmocka_unit_test_setup_teardown(test_each_message, start, stop),
         cmocka_unit_test_setup_teardown(test_bodies, start, stop),
         cmocka_unit_test_setup_teardown(test_unknown_key, start, stop),
