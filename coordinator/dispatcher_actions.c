@@ -35,8 +35,7 @@ void dispatcher_send_peer(struct dispatcher *d, struct peer *peer, struct messag
 static void tell_loss(struct dispatcher *d, struct peer *peer, bool by_fault)
 {
     if (by_fault) {
-        dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s, process %u) is lost", peer->number, peer->host,
-                           peer->pid);
+        dispatcher_tell_of_peer(d, peer, LINE_TROUBLE, "is lost");
         dispatcher_note_trouble(d, peer, TROUBLE_LOST, false);
     }
     dispatcher_tell(d, &(struct event){.kind = by_fault ? EVENT_LOST : EVENT_LEAVE, .worker = peer->number}, NULL);
@@ -59,8 +58,7 @@ void dispatcher_lose_unreachable(struct dispatcher *d)
     for (size_t i = 0; i < count; i++) {
         struct peer *peer = dispatcher_peer(d, d->unreachable[i]);
         if (dispatcher_has_slept(d))
-            log_info("worker %u (%s, process %u) left while this process stood still", peer->number, peer->host,
-                     peer->pid);
+            dispatcher_tell_of_peer(d, peer, LINE_COMING, "left while this process stood still");
         tell_loss(d, peer, !dispatcher_has_slept(d));
     }
     d->unreachable_count -= count; /* the last ones have become so just now */
@@ -113,6 +111,17 @@ void dispatcher_tell_of(struct dispatcher *d, uint32_t number, enum machine_line
         log_info("%s%s", text, more);
     else
         log_warning("%s%s", text, more);
+}
+
+void dispatcher_tell_of_peer(struct dispatcher *d, const struct peer *peer, enum machine_line kind,
+                             const char *format, ...)
+{
+    char name[PEER_NAME_BYTES], text[MESSAGE_REASON_BYTES + 64];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    dispatcher_tell_of(d, peer->machine, kind, "%s %s", peer_name(peer, name), text);
 }
 
 /* --- carrying out the scheduler's actions ----------------------------------------------------------------- */
@@ -215,15 +224,12 @@ static void give_up(struct dispatcher *d, const struct action *action)
 {
     static_assert(SCHEDULER_LOSSES_MAX == 3, "the sentence names three");
     struct render_job *job = d->jobs[action->job];
-    const struct peer *lost[SCHEDULER_LOSSES_MAX];
+    char lost[SCHEDULER_LOSSES_MAX][PEER_NAME_BYTES], rows[ROWS_NAME_BYTES];
     struct error error;
     for (int i = 0; i < SCHEDULER_LOSSES_MAX; i++)
-        lost[i] = dispatcher_peer(d, action->lost_by[i]);
-    error_set(&error, STATUS_FAILED,
-              "%s: rows %u to %u%s cost workers %u (%s), %u (%s) and %u (%s) their lives; giving up", job->scene_path,
-              action->first_row, action->first_row + action->rows - 1,
-              action->pass == PASS_SURVEY ? " of the survey" : "", lost[0]->number, lost[0]->host, lost[1]->number,
-              lost[1]->host, lost[2]->number, lost[2]->host);
+        peer_name(dispatcher_peer(d, action->lost_by[i]), lost[i]);
+    error_set(&error, STATUS_FAILED, "%s: %s cost %s, %s and %s their lives; giving up", job->scene_path,
+              render_job_rows_name(action->pass, action->first_row, action->rows, rows), lost[0], lost[1], lost[2]);
     dispatcher_fail_job(d, job, STATUS_FAILED, &error);
 }
 
@@ -237,8 +243,7 @@ static void expel(struct dispatcher *d, const struct action *action)
     struct message refusal = {.kind = MESSAGE_REFUSE, .epoch = peer->epoch};
     snprintf(refusal.refuse.reason, sizeof refusal.refuse.reason, "it %s", why);
     if (!action->liar) /* of which more has been said */
-        dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s, process %u) %s; its bands go to others",
-                           peer->number, peer->host, peer->pid, why);
+        dispatcher_tell_of_peer(d, peer, LINE_TROUBLE, "%s; its bands go to others", why);
     dispatcher_send_to(d, &peer->address, &refusal);
     dispatcher_let_go(d, peer);
     dispatcher_note_trouble(d, peer, action->liar ? TROUBLE_LIAR : action->stuck ? TROUBLE_STUCK : TROUBLE_SILENT,
@@ -251,13 +256,14 @@ static void expel(struct dispatcher *d, const struct action *action)
 
 static void ask_for_trusted(struct dispatcher *d, const struct action *action)
 {
+    char rows[ROWS_NAME_BYTES];
     d->needs_trusted = true;
     if (action->rows == 0)
         log_info("starting a local worker, to tell whose bytes are right");
     else
-        log_warning("%s: rows %u to %u%s were lost %d times with workers of the same machines; starting a local worker to "
-                    "try them", d->jobs[action->job]->scene_path, action->first_row, action->first_row + action->rows - 1,
-                    action->pass == PASS_SURVEY ? " of the survey" : "", SCHEDULER_LOSSES_MAX);
+        log_warning("%s: %s were lost %d times with workers of the same machines; starting a local worker to try them",
+                    d->jobs[action->job]->scene_path,
+                    render_job_rows_name(action->pass, action->first_row, action->rows, rows), SCHEDULER_LOSSES_MAX);
 }
 
 static void carry_out(struct dispatcher *d, const struct action *action, const uint8_t *result)

@@ -8,7 +8,6 @@
 #include "base/memory.h"
 #include "coordinator/dispatcher_private.h"
 
-enum { WHO_BYTES = MESSAGE_HOST_BYTES + 64 };
 
 /* Worker 0, an earlier run's, is nobody who could be asked again. */
 static bool is_trusted(struct dispatcher *d, uint32_t worker)
@@ -37,14 +36,9 @@ static bool is_complete(const struct dispatcher *d, const struct render_job *job
 }
 
 /* Who that is, for a person. */
-static const char *describe(struct dispatcher *d, uint32_t worker, char who[WHO_BYTES])
+static const char *describe(struct dispatcher *d, uint32_t worker, char who[PEER_NAME_BYTES])
 {
-    const struct peer *peer = worker > 0 ? dispatcher_peer(d, worker) : NULL;
-    if (peer)
-        snprintf(who, WHO_BYTES, "worker %u (%s, process %u)", peer->number, peer->host, peer->pid);
-    else
-        snprintf(who, WHO_BYTES, "an earlier run");
-    return who;
+    return worker > 0 ? peer_name(dispatcher_peer(d, worker), who) : "an earlier run";
 }
 
 /* Whether each worker has lied, but for `spared`, which has not yet been found out. The caller frees. */
@@ -66,7 +60,7 @@ static void doubt_done(struct dispatcher *d, uint32_t worker)
     lied[worker] = true;
     for (size_t i = 0; i < d->job_count; i++) {
         const struct render_job *job = d->jobs[i];
-        char who[WHO_BYTES];
+        char who[PEER_NAME_BYTES];
         uint32_t liar;
         if (!is_complete(d, job) || render_job_relies_on(job, before, &liar) || !render_job_relies_on(job, lied, &liar))
             continue;
@@ -128,12 +122,11 @@ static void expose(struct dispatcher *d, uint32_t worker, const struct action *a
 {
     const struct render_job *job = d->jobs[audit->job];
     const struct peer *peer = worker > 0 ? dispatcher_peer(d, worker) : NULL;
-    char who[WHO_BYTES];
+    char who[PEER_NAME_BYTES], rows[ROWS_NAME_BYTES];
     if (peer && peer->lied) /* it is known for that */
         return;
-    log_warning("%s returned wrong bytes for rows %" PRIu32 " to %" PRIu32 "%s of %s; %s", describe(d, worker, who),
-                audit->first_row, audit->first_row + audit->rows - 1,
-                audit->pass == PASS_SURVEY ? " of the survey" : "", job->scene_path,
+    log_warning("%s returned wrong bytes for %s of %s; %s", describe(d, worker, who),
+                render_job_rows_name(audit->pass, audit->first_row, audit->rows, rows), job->scene_path,
                 peer ? "its machine is left out, and what it returned is rendered again" : "all is rendered anew");
     if (peer)
         leave_out_machine(d, worker);

@@ -1,5 +1,6 @@
 /* What workers say, taken and answered. */
 #include <inttypes.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -99,14 +100,29 @@ static void take_hello(struct dispatcher *d, const struct wire_peer *address, co
     }
     struct peer *peer = add_peer(d, address, machine, hello);
     uint32_t number = peer->number;
-    dispatcher_tell_of(d, machine, LINE_COMING, "worker %u joined: %s, process %u, %u threads, kernel %s", number,
-                       peer->host, peer->pid, peer->threads, peer->kernel);
+    dispatcher_tell_of_peer(d, peer, LINE_COMING, "joined: %u threads, kernel %s", peer->threads, peer->kernel);
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_WELCOME});
     if (peer->gone) /* its connection is: the scheduler need not know that it was there */
         return;
     dispatcher_tell(d, &(struct event){.kind = EVENT_JOIN, .worker = number, .machine = machine,
                                     .threads = hello->hello.threads, .credit = credit_of(hello),
                                     .trusted = address->own}, NULL);
+}
+
+/* What it does is against the protocol: it is told so, and is there no more. */
+__attribute__((format(printf, 3, 4)))
+static void drop(struct dispatcher *d, struct peer *peer, const char *format, ...)
+{
+    char why[MESSAGE_REASON_BYTES / 2];
+    struct message refusal = {.kind = MESSAGE_REFUSE, .epoch = peer->epoch};
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(why, sizeof why, format, arguments);
+    va_end(arguments);
+    snprintf(refusal.refuse.reason, sizeof refusal.refuse.reason, "it %s", why);
+    dispatcher_tell_of_peer(d, peer, LINE_TROUBLE, "%s", why);
+    dispatcher_send_to(d, &peer->address, &refusal);
+    dispatcher_lose_peer(d, peer, true);
 }
 
 /* --- answering -------------------------------------------------------------------------------------------- */
@@ -122,9 +138,7 @@ static void take_need(struct dispatcher *d, struct peer *peer, const struct mess
     uint64_t left = asset->size - message->need.offset;
     uint32_t size = (uint32_t)(left < MESSAGE_CHUNK_MAX ? left : MESSAGE_CHUNK_MAX);
     if (size > peer->asset_allowance) { /* what it does not read would pile up here */
-        dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s) asks for the same again and again",
-                           peer->number, peer->host);
-        dispatcher_lose_peer(d, peer, true);
+        drop(d, peer, "asks for the same again and again");
         return;
     }
     peer->asset_allowance -= size;
@@ -136,8 +150,9 @@ static void take_need(struct dispatcher *d, struct peer *peer, const struct mess
 static void take_failure(struct dispatcher *d, struct peer *peer, const struct message *message)
 {
     dispatcher_note_trouble(d, peer, TROUBLE_UNFIT, true);
-    dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s) cannot work on job %" PRIu32 ": %s", peer->number,
-                       peer->host, message->failed.job, message->failed.reason);
+    dispatcher_tell_of_peer(d, peer, LINE_TROUBLE, "cannot work on %s: %s",
+                            message->failed.job < d->job_count ? d->jobs[message->failed.job]->scene_path : "a scene",
+                            message->failed.reason);
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_GOODBYE});
     dispatcher_lose_peer(d, peer, false);
 }
@@ -154,9 +169,9 @@ static void take_result(struct dispatcher *d, struct peer *peer, const struct me
     struct bytes result = {0};
     bool fits, whole = peer_take_chunk(peer, message, total, &result, &fits);
     if (!fits) {
-        dispatcher_tell_of(d, peer->machine, LINE_TROUBLE, "worker %u (%s) sent a result that does not fit its band",
-                           peer->number, peer->host);
-        dispatcher_lose_peer(d, peer, true);
+        char rows[ROWS_NAME_BYTES];
+        drop(d, peer, "sent a result that does not fit %s of %s",
+             render_job_rows_name(grant.pass, grant.first_row, grant.rows, rows), job->scene_path);
         dispatcher_note_trouble(d, peer, TROUBLE_MISFIT, true);
     }
     if (!whole)
@@ -198,7 +213,7 @@ static void take_peer_message(struct dispatcher *d, struct peer *peer, const str
         break;
     case MESSAGE_GOODBYE:
         if (!d->ending)
-            dispatcher_tell_of(d, peer->machine, LINE_COMING, "worker %u (%s) said goodbye", peer->number, peer->host);
+            dispatcher_tell_of_peer(d, peer, LINE_COMING, "said goodbye");
         dispatcher_lose_peer(d, peer, false);
         break;
     default:

@@ -96,6 +96,10 @@ void dispatcher_note_trouble(struct dispatcher *dispatcher, struct peer *peer, e
 void dispatcher_tell_of(struct dispatcher *dispatcher, uint32_t machine, enum machine_line kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
+/* The same about a worker, whose name goes before the text. */
+void dispatcher_tell_of_peer(struct dispatcher *dispatcher, const struct peer *peer, enum machine_line kind,
+                             const char *format, ...) __attribute__((format(printf, 4, 5)));
+
 /* Carries out ACTION_AUDITED, ACTION_UNDO, ACTION_RESTART. */
 void dispatcher_audit(struct dispatcher *dispatcher, const struct action *action, const uint8_t *result);
 void dispatcher_undo(struct dispatcher *dispatcher, const struct action *action);

@@ -1,11 +1,18 @@
 #include "coordinator/peer.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
 
 enum { RATE_SPAN_MS = 2000 };
+
+const char *peer_name(const struct peer *peer, char text[PEER_NAME_BYTES])
+{
+    snprintf(text, PEER_NAME_BYTES, "worker %u (%s, process %u)", peer->number, peer->host, peer->pid);
+    return text;
+}
 
 void peer_finish(struct peer *peer)
 {

@@ -57,6 +57,10 @@ struct peer {
     enum worker_trouble trouble; /* the last */
 };
 
+/* How every line of the log names it: "worker 3 (loom, process 4711)", into text, which is returned. */
+enum { PEER_NAME_BYTES = MESSAGE_HOST_BYTES + 64 };
+const char *peer_name(const struct peer *peer, char text[PEER_NAME_BYTES]);
+
 /* Frees what the peer holds. */
 void peer_finish(struct peer *peer);
 

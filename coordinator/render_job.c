@@ -2,6 +2,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -525,4 +526,11 @@ const struct bytes *render_job_find(const struct render_job *job, const struct d
         if (digest_equal(&job->assets.assets[i].digest, digest))
             return &job->assets.assets[i].bytes;
     return NULL;
+}
+
+const char *render_job_rows_name(enum render_pass pass, uint32_t first_row, uint32_t rows, char text[ROWS_NAME_BYTES])
+{
+    snprintf(text, ROWS_NAME_BYTES, "rows %" PRIu32 " to %" PRIu32 "%s", first_row, first_row + rows - 1,
+             pass == PASS_SURVEY ? " of the survey" : "");
+    return text;
 }

@@ -148,4 +148,8 @@ double render_job_rows_rmse(const struct render_job *job, uint32_t rows, const s
 /* The asset (or manifest) of that digest, borrowed; NULL if the job has none. */
 const struct bytes *render_job_find(const struct render_job *job, const struct digest *digest);
 
+/* How every line of the log names rows: "rows 40 to 79", "rows 2 to 3 of the survey", into text, which is returned. */
+enum { ROWS_NAME_BYTES = 64 };
+const char *render_job_rows_name(enum render_pass pass, uint32_t first_row, uint32_t rows, char text[ROWS_NAME_BYTES]);
+
 #endif

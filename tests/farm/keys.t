@@ -97,7 +97,7 @@ completed() {
 helped() {
     start "$1-helper" "$worker" --once "ipc://$tmp/run/weft/$coordinator.ipc"
     completed "$1" "$2"
-    like "$2: nobody joined before the local worker" "$(grep -m 1 joined "$tmp/$1.err")" "worker 1 .*process $pid,"
+    like "$2: nobody joined before the local worker" "$(grep -m 1 joined "$tmp/$1.err")" "worker 1 .*process $pid\)"
 }
 
 # through relay|forge ARGUMENT...: leaves $relay, its id, and $there, an endpoint from which a relay leads to the
