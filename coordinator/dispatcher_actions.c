@@ -185,6 +185,7 @@ static void end_survey(struct dispatcher *d, const struct action *action)
         return;
     start_job(d, action->job, PASS_RENDER);
     render_job_end_survey(job);
+    dispatcher_tell_forecast_of_survey(d, action->job);
     job->state = JOB_RUNNING;
     job->render_ms = d->now_ms;
     log_debug("%s: surveyed; %" PRIu32 " to %" PRIu32 " samples a pixel, threshold %" PRIu32, job->scene_path,

@@ -9,14 +9,38 @@ void dispatcher_begin_forecast(struct dispatcher *d, uint32_t number)
 {
     const struct render_job *job = d->jobs[number];
     uint32_t width = job->settings.width, height = job->settings.height;
-    uint32_t cell_rows = render_job_survey_rows(job) > 0 ? survey_grid(width, height).side : 0;
-    const uint32_t rows[PASSES] = {render_job_survey_rows(job), height};
     forecast_destroy(&d->forecasts[number]);
-    d->forecasts[number] = forecast_create(height, cell_rows);
-    for (int pass = 0; pass < PASSES; pass++)
-        for (uint32_t row = 0; row < rows[pass]; row++)
-            if (job->bands[pass][row].rows > 0)
-                forecast_add(d->forecasts[number], (enum render_pass)pass, row, job->bands[pass][row].rows, NAN, 0);
+    uint32_t survey_rows = render_job_survey_rows(job);
+    d->forecasts[number] = forecast_create(height, survey_rows > 0 ? survey_grid(width, height).side : 0);
+    for (uint32_t row = 0; row < survey_rows; row++)
+        if (job->bands[PASS_SURVEY][row].rows > 0)
+            forecast_survey(d->forecasts[number], row, job->bands[PASS_SURVEY][row].rows, NAN);
+    for (uint32_t row = 0; row < height; row++)
+        if (job->bands[PASS_RENDER][row].rows > 0)
+            forecast_add(d->forecasts[number], row, job->bands[PASS_RENDER][row].rows, NAN, 0);
+}
+
+/* What the band of the survey that is there in the journal expects; 1 where it cannot be read, as others will see. */
+static double expected_samples(const struct render_job *job, uint64_t offset)
+{
+    uint8_t bytes[SURVEY_BYTES];
+    struct survey part;
+    struct error ignored;
+    if (journal_read(job->journal, offset, bytes, sizeof bytes, &ignored) != STATUS_OK)
+        return 1;
+    survey_read(&part, bytes);
+    return forecast_samples(&part, &job->sampling);
+}
+
+void dispatcher_tell_forecast_of_survey(struct dispatcher *d, uint32_t number)
+{
+    const struct render_job *job = d->jobs[number];
+    for (uint32_t row = 0; row < render_job_survey_rows(job); row++) {
+        const struct band_account *band = &job->bands[PASS_SURVEY][row];
+        double samples = band->rows > 0 ? expected_samples(job, band->offset) : 0;
+        for (uint32_t i = 0; i < band->rows; i++)
+            forecast_expect(d->forecasts[number], row + i, samples);
+    }
 }
 
 /* The share that first samples are of all. */
@@ -31,8 +55,12 @@ static double looks_of(const struct render_job *job, const struct band_account *
 void dispatcher_add_to_forecast(struct dispatcher *d, const struct action *accepted, double work)
 {
     const struct render_job *job = d->jobs[accepted->job];
-    double looks = accepted->pass == PASS_RENDER ? looks_of(job, &job->bands[PASS_RENDER][accepted->first_row]) : 0;
-    forecast_add(d->forecasts[accepted->job], accepted->pass, accepted->first_row, accepted->rows, work, looks);
+    struct forecast *forecast = d->forecasts[accepted->job];
+    if (accepted->pass == PASS_SURVEY)
+        forecast_survey(forecast, accepted->first_row, accepted->rows, work);
+    else
+        forecast_add(forecast, accepted->first_row, accepted->rows, work,
+                     looks_of(job, &job->bands[PASS_RENDER][accepted->first_row]));
 }
 
 static uint32_t threads_at_work(const struct dispatcher *d)
@@ -41,20 +69,6 @@ static uint32_t threads_at_work(const struct dispatcher *d)
     for (size_t i = 0; i < d->peer_count; i++)
         threads += d->peers[i].gone || d->peers[i].draining ? 0 : d->peers[i].threads;
     return threads;
-}
-
-/* As how many bands so many rows will be handed out: about as rows_to_cut in scheduler_bands.c does. */
-static uint32_t bands_to_come(const struct dispatcher *d, uint32_t rows, uint32_t threads)
-{
-    enum { BANDS_A_THREAD = 2, ROWS_MAX = 32, ROWS_MIN = 4 };
-    uint32_t bands = 0;
-    for (; rows > 0; bands++) {
-        uint32_t share = rows / (BANDS_A_THREAD * threads), cut = d->config.band_rows;
-        if (cut == 0)
-            cut = share < ROWS_MIN ? ROWS_MIN : share < ROWS_MAX ? share : ROWS_MAX;
-        rows -= cut < rows ? cut : rows;
-    }
-    return bands;
 }
 
 /* What is in work of the job's render, into *hands, which the caller frees. A worker spends its time on the first band
@@ -71,7 +85,7 @@ static size_t list_hands(const struct dispatcher *d, uint32_t job, struct foreca
             if (band->job != job || band->pass != PASS_RENDER)
                 continue;
             *hands = memory_grow(*hands, &capacity, count + 1, sizeof **hands);
-            (*hands)[count++] = (struct forecast_hand){band->first_row, band->rows, k == 0 ? spent : 0};
+            (*hands)[count++] = (struct forecast_hand){band->first_row, band->rows, k == 0 ? spent : 0, peer->threads};
         }
     }
     return count;
@@ -87,9 +101,8 @@ double dispatcher_remaining_seconds(const struct dispatcher *d, uint32_t number)
         return -1;
     struct forecast_hand *hands;
     size_t count = list_hands(d, number, &hands);
-    uint32_t leased = scheduler_rows_leased(d->scheduler, number);
-    uint32_t waiting = job->settings.height - job->rows_done - leased;
-    double left_ms = forecast_time(d->forecasts[number], hands, count, bands_to_come(d, waiting, threads), threads);
+    uint32_t bands = scheduler_bands_to_come(d->scheduler, number);
+    double left_ms = forecast_time(d->forecasts[number], hands, count, bands, threads);
     free(hands);
     return left_ms < 0 ? -1 : left_ms / 1000;
 }

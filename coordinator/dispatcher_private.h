@@ -115,6 +115,9 @@ void dispatcher_answer_askers(struct dispatcher *dispatcher);
 /* Remaining time of a job. It begins, or begins anew: what is done counts, at unknown cost. */
 void dispatcher_begin_forecast(struct dispatcher *dispatcher, uint32_t job);
 
+/* All of its survey is done, and the render's sampling chosen. */
+void dispatcher_tell_forecast_of_survey(struct dispatcher *dispatcher, uint32_t job);
+
 /* A band was accepted, as the action says, and took so much work. */
 void dispatcher_add_to_forecast(struct dispatcher *dispatcher, const struct action *accepted, double work);
 

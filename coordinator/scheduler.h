@@ -4,8 +4,9 @@
  *
  * A job is the rows 0..rows−1 of one picture, which may be surveyed first: then it has two passes (wire/message.h),
  * each over rows of its own, and the second begins when every row of the first is accepted; meanwhile idle workers go
- * on with the next job. Rows are handed out as bands, each under a lease to one worker. When none are left, a band is
- * leased to an idle worker too that would be done with it before the one who has it, by what both have shown (pace.h),
+ * on with the next job. Rows are handed out as bands, each under a lease to one worker: of a render first a few low
+ * ones all over the picture, then the others from the top. When none are left, a band is leased to an idle worker too
+ * that would be done with it before the one who has it, by what both have shown (pace.h),
  * and to one more each time that patience with its last holder runs out. The first answer is accepted and every other
  * lease of the band revoked. A worker that is lost loses its leases, and their bands are handed out again; so does one
  * that is stuck, unless it loads a job or nobody else is there. Every row is accepted exactly once a pass, and a job
@@ -138,5 +139,9 @@ bool scheduler_lease(const struct scheduler *scheduler, uint32_t worker, uint64_
 
 /* Rows of the job's present pass that are out under a lease. */
 uint32_t scheduler_rows_leased(const struct scheduler *scheduler, uint32_t job);
+
+/* As how many bands those rows of the job's present pass will about be handed out that nobody has. 0 also without any
+ * worker. */
+uint32_t scheduler_bands_to_come(const struct scheduler *scheduler, uint32_t job);
 
 #endif

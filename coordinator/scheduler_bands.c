@@ -1,118 +1,8 @@
-/* The scheduler's bands: cut, handed out, answered, given back. */
+/* The scheduler's bands: handed out, answered, given back. */
 #include <stdlib.h>
 
 #include "base/memory.h"
 #include "coordinator/scheduler_private.h"
-
-enum {
-    BAND_ROWS_MAX = 32, /* of a band cut automatically, */
-    BAND_ROWS_MIN = 4,  /* and of a render's, unless rows are scarce: adaptive sampling looks beyond its edges */
-    BANDS_A_THREAD = 2, /* into how many bands a thread's share of the remaining rows is cut */
-};
-
-/* --- cutting ---------------------------------------------------------------------------------------------- */
-
-static uint32_t rows_of(const struct job *job)
-{
-    return job->pass_rows[job->pass];
-}
-
-static bool is_kept(const struct job *job, size_t at)
-{
-    return at < job->kept_count && job->kept[at].pass == job->pass;
-}
-
-/* Where the next kept rows of the pass begin, or its rows end. */
-static uint32_t cut_end(const struct job *job)
-{
-    return is_kept(job, job->kept_at) ? job->kept[job->kept_at].first_row : rows_of(job);
-}
-
-static void skip_kept(struct job *job)
-{
-    while (job->next_row < rows_of(job) && job->next_row == cut_end(job))
-        job->next_row += job->kept[job->kept_at++].rows;
-}
-
-void scheduler_begin_pass(struct scheduler *s, struct job *job, enum render_pass pass)
-{
-    scheduler_clear_bands(job);
-    job->pass = pass;
-    job->next_row = job->accepted_rows = 0;
-    job->answered_ms = job->answered_rows = job->answered = 0;
-    for (size_t i = job->kept_at; is_kept(job, i); i++) {
-        job->accepted_rows += job->kept[i].rows;
-        scheduler_choose_audit(s, job, job->kept[i].first_row, job->kept[i].rows, NULL);
-    }
-    skip_kept(job);
-}
-
-void scheduler_clear_bands(struct job *job)
-{
-    list_empty(&job->waiting);
-    list_empty(&job->reserved);
-    list_empty(&job->unsettled);
-    for (size_t i = 0; i < job->band_count; i++) {
-        free(job->bands[i]->auditors);
-        free(job->bands[i]);
-    }
-    job->band_count = job->open_audits = 0;
-    job->has_dreaded = false;
-}
-
-/* A share of `rows` for a worker that is slower than the mean, so that its bands take as long as those of others; few
- * rows as long as nobody knows. */
-static uint64_t rows_for(const struct job *job, const struct worker *w, uint64_t rows)
-{
-    enum { PARTS = 64 }; /* of a millisecond */
-    int64_t own = pace_leased_ms(&w->pace, job->number, job->pass, PARTS * rows);
-    if (own < 0 || job->answered_rows == 0) /* the latter: it began again */
-        return BAND_ROWS_MIN;
-    int64_t mean = job->answered_ms * PARTS * (int64_t)rows / job->answered_rows;
-    return own > mean && own > 0 ? rows * (uint64_t)mean / (uint64_t)own : rows;
-}
-
-/* There were not enough rows in the picture for bands of the usual size, and now there is not one for each thread. */
-static bool is_scarce(const struct scheduler *s, const struct job *job)
-{
-    return scheduler_rows_waiting(job) < s->threads && rows_of(job) < BANDS_A_THREAD * BAND_ROWS_MIN * s->threads;
-}
-
-/* Guided self-scheduling: a share of what remains, so that bands are large while there is much to do and small when
- * the end is near. */
-static uint32_t rows_to_cut(const struct scheduler *s, const struct job *job, const struct worker *w)
-{
-    bool renders = job->pass == PASS_RENDER;
-    uint32_t remaining = rows_of(job) - job->next_row, rows = renders ? s->policy.band_rows : 0;
-    uint32_t together = cut_end(job) - job->next_row, most = renders ? job->rows_most : 0;
-    if (rows == 0) {
-        uint64_t share = remaining / (BANDS_A_THREAD * s->threads);
-        uint64_t least = renders && !is_scarce(s, job) ? BAND_ROWS_MIN : 1;
-        share = share < BAND_ROWS_MAX ? share : BAND_ROWS_MAX;
-        share = renders && share > least ? rows_for(job, w, share) : share;
-        rows = (uint32_t)(share < least ? least : share);
-    }
-    rows = most > 0 && most < rows ? most : rows;
-    return rows < together ? rows : together;
-}
-
-struct band *scheduler_add_band(struct job *job, uint32_t first_row, uint32_t rows)
-{
-    struct band *band = memory_array(1, sizeof *band);
-    *band = (struct band){.first_row = first_row, .rows = rows};
-    list_empty(&band->leases);
-    job->bands = memory_grow(job->bands, &job->band_capacity, job->band_count + 1, sizeof(struct band *));
-    job->bands[job->band_count++] = band;
-    return band;
-}
-
-static struct band *cut_band(const struct scheduler *s, struct job *job, const struct worker *w)
-{
-    struct band *band = scheduler_add_band(job, job->next_row, rows_to_cut(s, job, w));
-    job->next_row += band->rows;
-    skip_kept(job);
-    return band;
-}
 
 /* --- leases ----------------------------------------------------------------------------------------------- */
 
@@ -289,7 +179,7 @@ static bool is_anything_waiting(const struct job *job)
 /* The last rows are not to wait behind those that the worker has in work, when others may have nothing to do. */
 static bool is_for_others(const struct scheduler *s, const struct worker *w, const struct job *job)
 {
-    return s->told_count == 1 && w->lease_count >= w->threads && is_scarce(s, job);
+    return s->told_count == 1 && w->lease_count >= w->threads && scheduler_is_scarce(s, job);
 }
 
 /* What not everybody may take, else a band that came back, else one cut from the remaining rows; NULL: there is nothing
@@ -301,7 +191,10 @@ static struct band *next_band(const struct scheduler *s, struct job *job, const 
         return reserved;
     if (!scheduler_has_rows(job) || is_for_others(s, w, job))
         return NULL;
-    return list_is_empty(&job->waiting) ? cut_band(s, job, w) : list_owner(job->waiting.next, struct band, in_job);
+    scheduler_lay_soundings(s, job);
+    if (list_is_empty(&job->waiting))
+        return scheduler_cut_band(s, job, w);
+    return list_owner(job->waiting.next, struct band, in_job);
 }
 
 /* Gives the worker one band of the first job that has one for it. */

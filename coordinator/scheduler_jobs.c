@@ -32,6 +32,7 @@ void scheduler_finish_job(struct job *job)
     free(job->bands);
     free(job->surveyors);
     free(job->kept);
+    free(job->ahead);
     free(job);
 }
 
@@ -137,7 +138,7 @@ void scheduler_restart_job(struct scheduler *s, struct job *job)
 {
     revoke_all(s, job);
     scheduler_act(s, (struct action){.kind = ACTION_RESTART, .job = job->number});
-    job->kept_at = job->kept_count = job->surveyor_count = 0;
+    job->kept_count = job->surveyor_count = 0;
     begin(s, job);
     s->everyones_turn = true;
 }

@@ -3,7 +3,8 @@
  *
  *   scheduler.c          events, and what may be asked
  *   scheduler_jobs.c     jobs: which of them workers are told of, how their passes end
- *   scheduler_bands.c    bands: cut, handed out, answered, given back
+ *   scheduler_cutting.c  how the rows of a pass are cut into bands, and in which order these come
+ *   scheduler_bands.c    bands: handed out, answered, given back
  *   scheduler_workers.c  workers: coming, going, silent, stuck
  *   scheduler_backups.c  second copies of what holds up the end
  *   scheduler_audits.c   bands that another renders to see whether the first lied, and liars
@@ -48,17 +49,25 @@ struct band {
     size_t auditor_count, auditor_capacity;
 };
 
+/* Rows first_row .. first_row + rows − 1. */
+struct span {
+    uint32_t first_row, rows;
+};
+
 struct job {
     uint32_t number;
     enum render_pass pass;
     uint32_t pass_rows[PASSES], rows_most; /* the latter: of a band; 0: any number */
     bool over;
+    bool sounded; /* scheduler_lay_soundings has been called for the present pass */
     uint32_t *surveyors; /* from whom bands of the survey were accepted, and who confirmed some */
     size_t surveyor_count, surveyor_capacity;
-    struct kept_rows *kept; /* those at kept_at and later are yet to be passed by next_row */
-    size_t kept_at, kept_count;
+    struct kept_rows *kept;
+    size_t kept_count;
     /* Of the present pass, which began with no band and so with no lease: */
-    uint32_t next_row; /* rows from there on are not yet cut into bands; it is not a kept one */
+    uint32_t next_row; /* rows from there on, but for those ahead, are not yet cut into bands; it is none of these */
+    struct span *ahead; /* kept rows and soundings, by rising rows; those at ahead_at and later are beyond next_row */
+    size_t ahead_at, ahead_count, ahead_capacity;
     uint32_t accepted_rows, leased_rows; /* kept rows are accepted ones */
     struct band **bands; /* all, in the order of cutting */
     size_t band_count, band_capacity;
@@ -186,6 +195,26 @@ void scheduler_end_complete_passes(struct scheduler *scheduler, struct job *job)
 /* Its band was lost too often. */
 void scheduler_fail_job(struct scheduler *scheduler, struct job *job, const struct band *band);
 
+/* --- cutting ---------------------------------------------------------------------------------------------- */
+
+/* Begins that pass with nothing done but what is kept. Nothing may be leased. */
+void scheduler_begin_pass(struct scheduler *scheduler, struct job *job, enum render_pass pass);
+
+/* Forgets all bands. Nothing may be leased. */
+void scheduler_clear_bands(struct job *job);
+
+/* A new band or audit, as yet in no list. */
+struct band *scheduler_add_band(struct job *job, uint32_t first_row, uint32_t rows);
+
+/* The next band from the rows that are not yet cut, of which there is one, for this worker; as yet in no list. */
+struct band *scheduler_cut_band(const struct scheduler *scheduler, struct job *job, const struct worker *worker);
+
+/* To be called before the first band of a pass is handed out: now its soundings wait. */
+void scheduler_lay_soundings(const struct scheduler *scheduler, struct job *job);
+
+/* There were not enough rows in the picture for bands of the usual size, and now there is not one for each thread. */
+bool scheduler_is_scarce(const struct scheduler *scheduler, const struct job *job);
+
 /* --- bands ------------------------------------------------------------------------------------------------ */
 
 /* Rows of the present pass that nobody has; and whether there are some that anybody may take. */
@@ -198,15 +227,6 @@ static inline bool scheduler_has_rows(const struct job *job)
 {
     return !job->over && (job->next_row < job->pass_rows[job->pass] || !list_is_empty(&job->waiting));
 }
-
-/* Begins that pass with nothing done but what is kept. Nothing may be leased. */
-void scheduler_begin_pass(struct scheduler *scheduler, struct job *job, enum render_pass pass);
-
-/* Forgets all bands. Nothing may be leased. */
-void scheduler_clear_bands(struct job *job);
-
-/* A new band or audit, as yet in no list. */
-struct band *scheduler_add_band(struct job *job, uint32_t first_row, uint32_t rows);
 
 /* The worker's lease of that number; NULL: it has none. */
 struct lease *scheduler_find_lease(const struct worker *worker, uint64_t id);

@@ -3,19 +3,19 @@
  * without a survey. For tests/unit/forecast_recorded.c, whose recordings it prints.
  *
  * A scene is three lines. The first: its name, width, height, rows of a cell of the survey (0: there is none). The
- * second: microseconds of each row of cells. The third: each band of the render from the top, rows:microseconds:samples,
- * with a * in front if it is a sounding: SOUNDINGS bands of 4 rows are spread over the picture, and between them bands
- * are as high as the scheduler cuts them for THREADS threads. Times are the least of several runs if they are short. */
+ * second: of each row of cells microseconds:samples, what the survey took, and how many a pixel it expects of the
+ * render. The third: of each band of the render, from the top, rows:microseconds:samples. Times are the least of several
+ * runs. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 
+#include "coordinator/forecast.h"
 #include "tests/bench/bench.h"
 #include "worker/band.h"
 
-enum { SOUNDINGS = 16, SOUNDING_ROWS = 4, BAND_ROWS_MAX = 32, BAND_ROWS_MIN = 4, THREADS = 8 };
-enum { RUNS_MAX = 5, FIXED_SAMPLES = 4, SAMPLES_MOST = 1024 };
-#define SECONDS_ENOUGH 0.03 /* of all runs of a band */
+enum { BAND_ROWS = 8, RUNS_MIN = 2, RUNS_MAX = 6, FIXED_SAMPLES = 4, SAMPLES_MOST = 1024 };
+#define SAME 1.05 /* when the best two runs of a band differ by no more, they are believed */
 
 struct recording {
     struct job_settings settings;
@@ -54,47 +54,37 @@ static void work_on(const struct recording *recording, const struct order *order
 
 static void measure(const struct recording *recording, const struct order *order, struct cost *cost)
 {
-    double least = INFINITY, all = 0;
-    for (int run = 0; run < RUNS_MAX && all < SECONDS_ENOUGH; run++) {
+    double least = INFINITY, second = INFINITY;
+    for (int run = 0; run < RUNS_MIN || (run < RUNS_MAX && second > SAME * least); run++) {
         work_on(recording, order, cost);
+        second = fmin(second, fmax(least, cost->seconds));
         least = fmin(least, cost->seconds);
-        all += cost->seconds;
     }
     cost->seconds = least;
 }
+
+/* --- surveys -------------------------------------------------------------------------------------------------- */
 
 /* The sampling of the render that it finds. */
 static struct sampling record_survey(const struct recording *recording, const struct survey_grid *grid)
 {
     struct survey *all = memory_array(1, sizeof *all);
-    struct cost *cost = memory_array(1, sizeof *cost);
+    struct cost *costs = memory_array(grid->down, sizeof *costs);
     struct order order = {PASS_SURVEY, 0, 1, survey_sampling(SAMPLES_MOST, recording->error)};
     for (; order.first_row < grid->down; order.first_row++) {
-        measure(recording, &order, cost);
-        survey_add(all, &cost->survey);
-        printf("%s%.0f", order.first_row ? " " : "", 1e6 * cost->seconds);
+        measure(recording, &order, &costs[order.first_row]);
+        survey_add(all, &costs[order.first_row].survey);
     }
     struct sampling chosen = survey_choose(all, &order.sampling, recording->error);
-    free(cost);
+    for (uint32_t row = 0; row < grid->down; row++)
+        printf("%s%.0f:%.4f", row ? " " : "", 1e6 * costs[row].seconds,
+               forecast_samples(&costs[row].survey, &chosen));
+    free(costs);
     free(all);
     return chosen;
 }
 
-/* The band from row `first` on: its rows, and whether it is a sounding. */
-static uint32_t cut(uint32_t first, uint32_t height, bool *sounding)
-{
-    uint32_t next = height, rows = (height - first) / (2 * THREADS);
-    *sounding = false;
-    for (uint32_t i = SOUNDINGS; i-- > 0;) {
-        uint32_t top = (2 * i + 1) * height / (2 * SOUNDINGS);
-        next = top >= first ? top : next;
-        *sounding |= top == first;
-    }
-    if (*sounding)
-        return SOUNDING_ROWS < height - first ? SOUNDING_ROWS : height - first;
-    rows = rows > BAND_ROWS_MAX ? BAND_ROWS_MAX : rows < BAND_ROWS_MIN ? BAND_ROWS_MIN : rows;
-    return rows < next - first ? rows : next - first;
-}
+/* --- renders -------------------------------------------------------------------------------------------------- */
 
 static void record_render(const struct recording *recording, const struct sampling *sampling)
 {
@@ -102,11 +92,10 @@ static void record_render(const struct recording *recording, const struct sampli
     struct cost *cost = memory_array(1, sizeof *cost);
     struct order order = {.pass = PASS_RENDER, .sampling = *sampling};
     for (; order.first_row < height; order.first_row += order.rows) {
-        bool sounding;
-        order.rows = cut(order.first_row, height, &sounding);
+        order.rows = BAND_ROWS < height - order.first_row ? BAND_ROWS : height - order.first_row;
         measure(recording, &order, cost);
-        printf("%s%s%" PRIu32 ":%.0f:%" PRIu64, order.first_row ? " " : "", sounding ? "*" : "", order.rows,
-               1e6 * cost->seconds, cost->samples);
+        printf("%s%" PRIu32 ":%.0f:%" PRIu64, order.first_row ? " " : "", order.rows, 1e6 * cost->seconds,
+               cost->samples);
     }
     free(cost);
 }

@@ -49,7 +49,7 @@ start two "$worker" --once --threads 1 "127.0.0.1:$port"
 ends 0 "a second worker may join in the middle" "$coordinator" 30 mixed
 ends 0 "the first ends well" "$one" 5 one
 ends 0 "the second ends well" "$pid" 5 two
-like "both joined" "$(cat "$tmp/mixed.err")" 'worker 2 joined'
+like "both joined" "$(cat "$tmp/mixed.err")" 'worker 2 .*joined'
 same_bytes "the picture is the same" "$tmp/mixed.png" "$tmp/slow.png"
 
 # --- one worker, several renders ------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ ends 143 "a second SIGTERM ends it at once" "$hasty" 2 hasty
 ok "its loss is noticed" wait_until "grep -q 'is lost' '$tmp/stuck.err'" 6
 start interrupted "$worker" --threads 1 "tcp://127.0.0.1:$port"
 interrupted=$pid
-wait_until "grep -q 'worker 2 joined' '$tmp/stuck.err'" 20
+wait_until "grep -q 'worker 2 .*joined' '$tmp/stuck.err'" 20
 kill -INT "$interrupted"
 ends 130 "SIGINT ends a worker at once" "$interrupted" 2 interrupted
 kill -TERM "$coordinator"

@@ -64,10 +64,10 @@ static void check_said(const struct link *link, const struct peer *peer, const s
             "something is said to worker %u after its goodbye", link->worker);
 }
 
-/* Who is given up for its silence, and not for wrong bytes, has said nothing that waits to be heard. */
-static void check_given_up(const struct link *link, const struct peer *peer, enum message_kind kind)
+/* Who is given up for its silence has said nothing that waits to be heard. */
+static void check_given_up(const struct link *link, const struct message *message)
 {
-    bool for_silence = kind == MESSAGE_REFUSE && !peer->lied;
+    bool for_silence = message->kind == MESSAGE_REFUSE && strstr(message->refuse.reason, "silent");
     require(!for_silence || !network_waits(link), "worker %u is expelled though it spoke", link->worker);
 }
 
@@ -83,7 +83,7 @@ static bool send_down(void *context, const struct wire_peer *to, const void *dat
     const struct peer *peer = find_present(to, message.epoch);
     check_said(link, peer, &message);
     if (peer && (message.kind == MESSAGE_GOODBYE || message.kind == MESSAGE_REFUSE)) {
-        check_given_up(link, peer, message.kind);
+        check_given_up(link, &message);
         link->farewell = message.epoch;
     }
     return network_send_down(to, data, size);
