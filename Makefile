@@ -63,8 +63,8 @@ PROGRAMS = $(if $(wildcard coordinator/main.c),$(B)/weft) $(if $(wildcard worker
 
 FUZZ_TARGETS = $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
 C_TESTS = $(patsubst tests/%.c,$(B)/tests/%.t,$(wildcard tests/unit/*.c tests/numeric/*.c tests/kernel/*.c tests/sim/*.c tests/golden/*.c tests/isa/*.c)) $(FUZZ_TARGETS:%=$(B)/tests/fuzz/%.t)
-SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/fault/*.t tests/golden/*.t tests/manuals/*.t tests/bench/*/*.t) \
-              tests/deploy/install.t tests/deploy/units.t
+SHELL_TESTS = $(wildcard tests/build/*.t tests/farm/*.t tests/fault/*.t tests/golden/*.t tests/manuals/*.t \
+                         tests/web/*.t tests/bench/*/*.t) tests/deploy/install.t tests/deploy/units.t
 FAIL    = $(B)/tests/fault/fail.so
 LIAR    = $(B)/tests/farm/liar
 

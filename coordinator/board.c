@@ -114,12 +114,18 @@ static void add_sample(struct board *board, const struct snapshot *snapshot, int
     board->sampled_ms = now_ms;
 }
 
-void board_publish(struct board *board, const struct snapshot *snapshot, int64_t now_ms, bool last)
+/* With the mutex held, so that it rings exactly while a state is wanted: else the loop would not rest. */
+static void silence_bell(struct board *board)
 {
     uint64_t rung;
     ssize_t got = read(board->bell, &rung, sizeof rung);
     (void)got; /* whether it has rung or not */
+}
+
+void board_publish(struct board *board, const struct snapshot *snapshot, int64_t now_ms, bool last)
+{
     pthread_mutex_lock(&board->mutex);
+    silence_bell(board);
     if (last || board->sampled_ms + STEP_MS <= now_ms)
         add_sample(board, snapshot, now_ms);
     if (last || board->wanted) {

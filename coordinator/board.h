@@ -50,7 +50,8 @@ void board_note_look(struct board *board);
 /* Whether the state that board_look gave last is the last one. */
 bool board_is_over(struct board *board);
 
-/* {"next":N,"lines":[{"time":…,"level":"…","text":"…"},…]} with the lines from number `from` on that are still there. */
+/* {"next":N,"lines":[{"time":…,"level":"…","text":"…"},…]}: the lines from number `from` on that are still there, times
+ * in seconds since 1970. */
 void board_put_lines(struct board *board, uint64_t from, struct bytes *json);
 
 /* {"step":…,"samples":[{"elapsed":…,"rays_per_second":…,"remaining":…},…]}, the oldest first. */

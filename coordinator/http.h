@@ -1,8 +1,8 @@
 /*
- * The status page of a render and what else there is by HTTP: its state as JSON, metrics for Prometheus, and the picture
- * so far. One thread of its own, of low priority, answers (libmicrohttpd), from what the loop of the farm has left on a
- * board and from the jobs' previews; nothing that a browser does can make the loop wait. Connections, their number, their
- * memory and their time are limited.
+ * The status page of a render and what else there is by HTTP: its state as JSON, metrics for Prometheus, and the
+ * picture so far. One thread of its own, of low priority, answers (libmicrohttpd), from what the loop of the farm has
+ * left on a board and from the jobs' previews; nothing that a browser does can make the loop wait. The number of
+ * connections, their memory and their time are limited.
  */
 #ifndef WEFT_COORDINATOR_HTTP_H
 #define WEFT_COORDINATOR_HTTP_H
@@ -19,8 +19,8 @@
 
 struct http_server;
 
-/* Listens, says where, and answers from now on. `token`: what all but the empty page needs (NULL: nothing). Takes part in
- * the log from now on. NULL with *error set (STATUS_FAILED) if it cannot. */
+/* Listens, says where, and answers from now on; listens to the log, too. `token`: what all but the empty page needs
+ * (NULL: nothing). NULL with *error set (STATUS_FAILED) if it cannot. */
 struct http_server *http_create(const struct http_address *address, const struct http_token *token,
                                 struct error *error);
 

@@ -16,8 +16,8 @@ struct http_token {
 
 enum { HTTP_TOKEN_LEAST = 16, HTTP_TOKEN_MOST = 256 }; /* characters */
 
-/* Reads a file of one line, which only its owner can read: a token of letters, digits and -._~+/=. STATUS_INPUT if it is
- * not such a file. */
+/* Reads a file of one line, which only its owner can read: a token of letters, digits and -._~+/=. STATUS_INPUT if it
+ * is not such a file. */
 enum status http_token_read(const char *path, struct http_token *token, struct error *error);
 
 /* Whether the Authorization of a request (NULL: it has none) is "Bearer" and this token; takes as long if it is not. */

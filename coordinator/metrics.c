@@ -93,7 +93,7 @@ static const struct job_metric job_metrics[] = {
     {"weft_job_rows_in_work", "Rows of the picture that workers hold.", job_rows_in_work},
     {"weft_job_rays", "Rays traced for the rows that are done.", job_rays},
     {"weft_job_elapsed_seconds", "Time since the first band was handed out.", job_elapsed},
-    {"weft_job_remaining_seconds", "Estimated time until the picture is done; absent until it is known.", job_remaining},
+    {"weft_job_remaining_seconds", "Estimated time until the picture is done.", job_remaining},
     {"weft_job_rmse_ratio", "Estimated RMSE of the rows that are done, 0 to 1.", job_rmse},
     {"weft_job_rmse_target_ratio", "RMSE that was asked for, 0 to 1.", job_error},
 };
@@ -204,7 +204,8 @@ static void put_workers(struct bytes *text, const struct snapshot *s)
     put_head(text, "weft_workers", "gauge", "Workers that ever joined, by state.");
     for (int i = 0; i < WORKER_STATES; i++)
         text_put(text, "weft_workers{state=\"%s\"} %zu\n", worker_state_name((enum worker_state)i), states[i]);
-    put_head(text, "weft_workers_in_trouble", "gauge", "Workers that ever joined, by the last that went wrong with them.");
+    put_head(text, "weft_workers_in_trouble", "gauge",
+             "Workers that ever joined, by the last that went wrong with them.");
     for (int i = TROUBLE_NONE + 1; i < WORKER_TROUBLES; i++)
         text_put(text, "weft_workers_in_trouble{trouble=\"%s\"} %zu\n", worker_trouble_name((enum worker_trouble)i),
                  troubles[i]);

@@ -3,9 +3,11 @@
  * maps of samples and of errors. Rows come in any order, and may be taken back.
  *
  * Where the picture is larger than what is kept, a cell stands for a square of its pixels: the mean of their codes, of
- * those rows that are there. A row of cells of which some rows are taken back is gone, and shows what comes from then on.
+ * those rows that are there. A row of cells of which some rows are taken back is gone, and shows what comes from then
+ * on.
  *
- * One thread adds and takes back; any thread may read meanwhile, and makes the other wait for a few rows of cells at most.
+ * One thread adds and takes back; any thread may read meanwhile, and makes the other wait for a few rows of cells at
+ * most.
  */
 #ifndef WEFT_COORDINATOR_PREVIEW_H
 #define WEFT_COORDINATOR_PREVIEW_H
@@ -26,8 +28,8 @@ enum {
 
 struct preview;
 
-/* Of a picture whose row records (wire/rows.h) have pixels in that format, and maps or not; without, the map of a row is
- * what its figures say of the whole row. Takes at most about so many bytes. */
+/* Of a picture whose row records (wire/rows.h) have pixels in that format, and maps or not; without, the map of a row
+ * is what its figures say of the whole row. Takes at most about so many bytes. */
 struct preview *preview_create(uint32_t width, uint32_t height, enum pixel_format format, bool maps, size_t bytes);
 
 /* Frees *preview and sets it to NULL; *preview may be NULL. */
@@ -47,8 +49,8 @@ uint64_t preview_version(struct preview *preview);
 uint32_t preview_width(const struct preview *preview);
 uint32_t preview_height(const struct preview *preview);
 
-/* Its present state as a PNG, RGBA of 8 bits, into *png, which is empty before; rows that are not there are transparent.
- * Returns its version. */
+/* Its present state as a PNG, RGBA of 8 bits, into *png, which is empty before; rows that are not there are
+ * transparent. Returns its version. */
 uint64_t preview_png(struct preview *preview, enum preview_kind kind, struct bytes *png);
 
 /* Rows of the picture side by side that are there, by one worker. */

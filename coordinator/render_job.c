@@ -112,8 +112,8 @@ static struct journal_key key_of(const struct render_job *job)
     return key;
 }
 
-/* Where no map is written it is the journal that decides whether rows carry maps, if there is one: being watched now, or
- * no more, is no reason to start anew. */
+/* Where no map is written it is the journal that decides whether rows carry maps, if there is one: being watched now,
+ * or no more, is no reason to start anew. */
 static void choose_maps(struct render_job *job, const struct render_choices *choices)
 {
     if (choices->sample_map || choices->error_map || choices->no_resume)

@@ -63,10 +63,12 @@ function updateFigures(job) {
   put('remaining', job.state === 'done' ? '0 s' : duration(job.remaining));
   put('elapsed', duration(job.elapsed));
   put('rate', count(state.rays_per_second));
-  smallBelow('rmse', error(job.rmse), [decibels(job.rmse), job.error && `asked for: ${job.error}`].filter(Boolean).join(', '));
+  smallBelow('rmse', error(job.rmse),
+    [decibels(job.rmse), job.error && `asked for: ${job.error}`].filter(Boolean).join(', '));
   put('samples', job.samples === null ? '–' : job.samples.toFixed(job.error ? 1 : 0));
   put('size', `${job.width}×${job.height}`);
-  smallBelow('worker-count', String(present.length), `${threads} threads` + (state.refused ? `, ${state.refused} refused` : ''));
+  smallBelow('worker-count', String(present.length),
+    `${threads} threads` + (state.refused ? `, ${state.refused} refused` : ''));
   const bar = document.getElementById('progress');
   bar.value = job.rows_done / job.height;
   document.title = `${percent(job.rows_done / job.height)} ${job.scene.split('/').pop()} – weft`;
@@ -87,12 +89,14 @@ function outcome() {
   return state.jobs.length > 1 ? `All ${state.jobs.length} pictures are done` : `${state.jobs[0].output} is done`;
 }
 
-function sayState(index) {
-  const job = state.jobs[index];
+const doing = {waiting: 'Waiting for workers:', surveying: 'Surveying', running: 'Rendering'};
+
+// Of the render as a whole, whichever scene is shown.
+function sayState() {
+  const index = currentIndex(), job = state.jobs[index];
   const which = state.jobs.length > 1 ? `scene ${index + 1} of ${state.jobs.length}, ` : '';
   if (isOver()) say(outcome(), state.jobs.some(each => each.state === 'failed'));
-  else say(`${job.state === 'surveying' ? 'Surveying' : job.state === 'running' ? 'Rendering' : `Is ${job.state}:`} ` +
-           `${which}${job.scene}`);
+  else say(`${doing[job.state]} ${which}${job.scene}`);
 }
 
 function sayGone() {
@@ -104,7 +108,8 @@ function sayGone() {
 // --- the log ---------------------------------------------------------------------------------------------------
 
 function lineOf(entry) {
-  const item = document.createElement('li'), when = document.createElement('time'), text = document.createElement('span');
+  const item = document.createElement('li'), when = document.createElement('time');
+  const text = document.createElement('span');
   when.textContent = time(entry.time);
   when.dateTime = new Date(entry.time * 1000).toISOString();
   text.textContent = (entry.level === 'info' || entry.level === 'debug' ? '' : `${entry.level}: `) + entry.text;
@@ -137,11 +142,12 @@ function beginRun() {
 
 async function round() {
   const told = await server.askJson('/api/job');
+  askForToken(false);
   if (server.run !== run) beginRun();
   state = told;
   updateChoice();
   const index = chosenIndex();
-  sayState(index);
+  sayState();
   updateFigures(state.jobs[index]);
   workers.update(state.workers);
   await updateLog();
@@ -150,17 +156,22 @@ async function round() {
 }
 
 function askForToken(wanted) {
+  if (tokenForm.hidden !== wanted) return;
   tokenForm.hidden = !wanted;
   document.querySelector('main').hidden = wanted;
-  if (wanted) say('A token is needed, or another one.', true);
+  document.querySelector('footer').hidden = true; // links cannot show the token
+}
+
+function sayUnauthorised() {
+  askForToken(true);
+  say(server.hasToken() ? 'That is not its token.' : 'This coordinator wants a token.', true);
 }
 
 async function roundWhateverComes() {
   try {
     await round();
-    askForToken(false);
   } catch (reason) {
-    if (reason instanceof server.Unauthorised) askForToken(true);
+    if (reason instanceof server.Unauthorised) sayUnauthorised();
     else if (reason instanceof server.Unanswered) sayGone();
     else throw reason;
   }

@@ -7,7 +7,11 @@ const picture = document.getElementById('picture'), bands = document.getElementB
 const legend = document.getElementById('legend'), byWorker = document.getElementById('by-worker');
 
 const scales = {samples: ['1 sample a pixel', '65,536'], error: ['0.0005 or less', '0.5 or more']};
-const titles = {picture: 'The picture', samples: 'A map of where the samples went', error: 'A map of the estimated error'};
+const titles = {
+  picture: 'The picture',
+  samples: 'A map of where the samples went',
+  error: 'A map of the estimated error',
+};
 
 let shown = null;  // which coordinator's which picture of which scene is on the canvas,
 let version = null; // and the version of it that the coordinator has given
@@ -34,6 +38,7 @@ async function load(job) {
   version = response.headers.get('ETag');
   picture.width = image.width;
   picture.height = image.height;
+  document.getElementById('frame').style.setProperty('--aspect', image.width / image.height);
   picture.getContext('2d').drawImage(image, 0, 0);
 }
 

@@ -16,6 +16,10 @@ export function setToken(text) {
   history.replaceState(null, '', '#' + encodeURIComponent(text));
 }
 
+export function hasToken() {
+  return token !== '';
+}
+
 // The response to GET path, whose status is one of `good`.
 export async function ask(path, {headers = {}, good = [200]} = {}) {
   let response;

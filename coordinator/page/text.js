@@ -24,11 +24,12 @@ export function percent(share) {
 
 export function error(rmse) {
   if (rmse === null) return '–';
+  if (rmse > 0 && rmse < 1e-4) return 'below 0.0001';
   return rmse > 0 ? rmse.toPrecision(3) : '0';
 }
 
 export function decibels(rmse) {
-  return rmse ? `${(-20 * Math.log10(rmse)).toFixed(1)} dB` : '';
+  return rmse >= 1e-4 ? `${(-20 * Math.log10(rmse)).toFixed(1)} dB` : '';
 }
 
 export function time(seconds) {

@@ -1,6 +1,7 @@
 #!/bin/bash
 # weft render --http: pages and data, who gets them and who does not, and what hostile browsers cannot do to a render.
 . tests/tap.sh
+PATH=$PATH:$(realpath -m "${WEFT_WEB:-build/web}") # where promtool may be
 
 picture=$tmp/a.png
 
@@ -49,7 +50,8 @@ like "is refused with a way out" "$err" 'http://0\.0\.0\.0:0/ can be reached fro
 exits 2 "a token without a page" "$weft" render "${slow[@]}" --http-token x -o "$picture"
 hold_port
 perl -MSocket -e '$| = 1; socket(S, PF_INET, SOCK_STREAM, 0); setsockopt(S, SOL_SOCKET, SO_REUSEADDR, 1);
-    bind(S, sockaddr_in($ARGV[0], INADDR_LOOPBACK)) && listen(S, 1) or die; print "there\n"; sleep' "$port" >"$tmp/holder" &
+    bind(S, sockaddr_in($ARGV[0], INADDR_LOOPBACK)) && listen(S, 1) or die; print "there\n"; sleep' \
+    "$port" >"$tmp/holder" &
 started+=($!)
 wait_until "[ -s '$tmp/holder' ]" 10
 exits 1 "a port that is taken" "$weft" render "${slow[@]}" --http "$port" -o "$picture"
@@ -67,13 +69,14 @@ watched idle "$weft" render "${slow[@]}" --workers 0 --listen "ipc://$tmp/socket
 idle=$pid
 answers 200 GET /
 like "it is the page" "$(cat "$body")" '<title>weft</title>'
-for header in "Content-Security-Policy: default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'" \
+policy="default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+for header in "Content-Security-Policy: $policy" \
     'X-Content-Type-Options: nosniff' 'Cache-Control: no-store' 'Content-Type: text/html; charset=utf-8' \
     'Cross-Origin-Resource-Policy: same-origin'; do
     is "with $header" "$(grep -Fx "$header" <<<"$head")" "$header"
 done
 ok "it names nothing from elsewhere" test -z "$(grep -E '(src|href)="(https?:)?//' "$body")"
-for path in $(grep -oE '(src|href)="[a-z]+\.[a-z]+"' "$body" | cut -d'"' -f2) $(cd coordinator/page && ls ./*.js | cut -c3-); do
+for path in style.css icon.svg $(basename -a coordinator/page/*.js); do
     answers 200 GET "/$path"
     same_bytes "/$path is the file" "$body" "coordinator/page/$path"
 done
