@@ -221,6 +221,9 @@ test-isa: $(B)/tests/isa/signature.t
 # All of tests/deploy; `make test` has those that take seconds. What cannot be installed here is skipped there.
 test-deploy: all
 	-deploy/install-dependencies --deploy
+	-deploy/install-dependencies --cluster
+	-deploy/install-dependencies --isa $(B)/arm64
+	-deploy/install-dependencies --kubernetes $(B)/kubernetes
 	WEFT_BUILD=$(B) WEFT_MODE=$(MODE) CC='$(CC)' prove --timer --verbose -e '' tests/deploy/*.t
 
 # --- soaking -------------------------------------------------------------------------------------------------

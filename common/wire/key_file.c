@@ -19,10 +19,13 @@ enum { FILE_BYTES_MAX = 4 * 1024 * 1024 }; /* keys of 50,000 workers and their n
 /* --- whole files ------------------------------------------------------------------------------------------ */
 
 /* With an access control list the group's bits are the most that the list gives to anyone. systemd hands credentials to
- * a service so: files of root that one user may read. */
-static bool is_secret(int descriptor, unsigned mode)
+ * a service so: files of root that one user may read. Kubernetes gives those of a Secret, root's too, to the group of a
+ * container; only root can do so. */
+static bool is_secret(int descriptor, const struct stat *file)
 {
-    return !(mode & 077) || (!(mode & 037) && access_list_of_file_is_private(descriptor));
+    bool given_by_root = file->st_uid == 0 && geteuid() != 0;
+    return !(file->st_mode & 077) ||
+           (!(file->st_mode & 037) && (given_by_root || access_list_of_file_is_private(descriptor)));
 }
 
 static enum status check_file(int descriptor, const struct stat *file, const char *path, enum key_secrecy secrecy,
@@ -31,7 +34,7 @@ static enum status check_file(int descriptor, const struct stat *file, const cha
     unsigned mode = file->st_mode & 07777;
     if (!S_ISREG(file->st_mode))
         return error_set(error, STATUS_INPUT, "%s: expected a regular file", path);
-    if (secrecy == KEY_SECRET && !is_secret(descriptor, mode))
+    if (secrecy == KEY_SECRET && !is_secret(descriptor, file))
         return error_set(error, STATUS_INPUT,
                          "%s: expected a secret file that only its owner can read (mode 0600), found mode %04o", path,
                          mode);

@@ -75,6 +75,28 @@ broken "writable by all" workers 'chmod 646 workers' ': expected a file that onl
 broken "cut short" workers 'truncate -s 60 workers' ':2: expected a key of 40 characters, found 8'
 broken "writable by the group" coordinator.pub 'chmod 664 coordinator.pub' ': expected a file that .* 0664'
 broken "with a name before the key" workers 'sed -i "2s/^/loom-1 /" workers' ':2: expected one key, and .*'
+# A file of root's is for the group that root gave it to, as one that Kubernetes mounts.
+given() { # MODE: to a group, one of whom starts a worker
+    rm -rf "$tmp/given"
+    cp -rp "$keys/loom-2" "$tmp/given"
+    chown -R root:65532 "$tmp/given"
+    chmod 755 "$tmp/given"
+    chmod "$1" "$tmp/given/worker.key"
+    chmod 711 "$tmp"
+    run "${nobody[@]}" "$worker" --wait 1 --keys "$tmp/given" 127.0.0.1:1
+}
+name="a secret that root gave to a group"
+nobody=(setpriv --reuid 65532 --regid 65532 --clear-groups)
+if [ "$(id -u)" = 0 ] && "${nobody[@]}" "$worker" --version >"$tmp/version" 2>&1; then
+    given 440
+    like "$name is used" "$status $err" '^1 .*no coordinator answered within 1 s'
+    for mode in 460 444 450; do
+        given $mode
+        like "$name is refused with mode $mode" "$status $err" "^3 weft-worker: .*: expected a secret file .* 0$mode"
+    done
+else
+    skip "$name is used" "only root can give one, and the programs must be where everybody may run them"
+fi
 ok "no picture was written" absent "$tmp/none.png"
 
 # --- right keys -----------------------------------------------------------------------------------------------
