@@ -100,7 +100,8 @@ static void take_hello(struct dispatcher *d, const struct wire_peer *address, co
     }
     struct peer *peer = add_peer(d, address, machine, hello);
     uint32_t number = peer->number;
-    dispatcher_tell_of_peer(d, peer, LINE_COMING, "joined: %u threads, kernel %s", peer->threads, peer->kernel);
+    dispatcher_tell_of_peer(d, peer, LINE_COMING, "joined: %u thread%s, kernel %s", peer->threads,
+                            peer->threads == 1 ? "" : "s", peer->kernel);
     dispatcher_send_peer(d, peer, (struct message){.kind = MESSAGE_WELCOME});
     if (peer->gone) /* its connection is: the scheduler need not know that it was there */
         return;
