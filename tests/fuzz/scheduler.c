@@ -24,7 +24,8 @@ struct pass {
     uint32_t rows, left;
     bool accepted[NUMBERS + 1];
     bool audited[NUMBERS + 1];   /* by the row where the band begins: its audit is open, */
-    bool unsettled[NUMBERS + 1]; /* and answered */
+    bool unsettled[NUMBERS + 1]; /* and answered; */
+    bool settled[NUMBERS + 1];   /* it is over, which a liar who took part in it undoes */
 };
 
 static struct {
@@ -40,6 +41,7 @@ static struct {
         bool wants_none; /* it drains or is gone */
     } workers[WORKERS_MAX + 1];
     uint32_t job_count, worker_count, audited_rows;
+    bool has_liars;
     struct {
         uint64_t number;
         uint32_t worker;
@@ -82,7 +84,11 @@ static uint32_t count_held(uint32_t worker)
 
 static void take_grant(const struct action *action)
 {
-    const struct pass *pass = pass_of(action);
+    struct pass *pass = pass_of(action);
+    if (run.has_liars && pass->settled[action->first_row]) {
+        pass->settled[action->first_row] = false;
+        pass->audited[action->first_row] = true;
+    }
     require(is_worker(action->worker) && !run.workers[action->worker].wants_none);
     for (uint32_t row = 0; row < action->rows; row++)
         require(pass->accepted[action->first_row + row] == pass->audited[action->first_row]);
@@ -115,7 +121,7 @@ static void take_audited(const struct action *action)
 static void take_undo(const struct action *action)
 {
     struct pass *pass = pass_of(action);
-    pass->audited[action->first_row] = pass->unsettled[action->first_row] = false;
+    pass->audited[action->first_row] = pass->unsettled[action->first_row] = pass->settled[action->first_row] = false;
     for (uint32_t row = action->first_row; row < action->first_row + action->rows; row++) {
         require(pass->accepted[row]);
         pass->accepted[row] = false;
@@ -241,6 +247,7 @@ static void say_of_audit(enum event_kind kind, uint32_t number, uint32_t first_r
         return;
     enum render_pass pass_kind = run.jobs[number].surveyed ? PASS_RENDER : PASS_SURVEY;
     struct pass *pass = &run.jobs[number].passes[pass_kind];
+    pass->settled[first_row] |= pass->unsettled[first_row] && kind == EVENT_SETTLED;
     pass->audited[first_row] &= !pass->unsettled[first_row] || kind == EVENT_JUDGE;
     pass->unsettled[first_row] = false;
     handle((struct event){.kind = kind, .job = number, .pass = pass_kind, .first_row = first_row});
@@ -282,6 +289,7 @@ static bool step(char what, uint32_t x, uint32_t y)
         leave(EVENT_LOST, 1 + x);
         return true;
     case 'Z':
+        run.has_liars = true;
         handle((struct event){.kind = EVENT_LIAR, .worker = (1 + x) % NUMBERS});
         return true;
     case 'A':

@@ -11,7 +11,8 @@ localedef -i de_DE -f UTF-8 "$made" 2>"$tmp/localedef.err" ||
 
 run env LC_ALL=C "$program"
 usual=$(sed 1d <<<"$out")
-run env LOCPATH="$tmp/locale" LC_ALL=de_DE.UTF-8 "$program"
+# What glibc keeps of LOCPATH it never frees.
+run env ASAN_OPTIONS="$ASAN_OPTIONS:detect_leaks=0" LOCPATH="$tmp/locale" LC_ALL=de_DE.UTF-8 "$program"
 like "the locale is in force" "$out" '^# locale de_DE.UTF-8, decimal point ,$'
 is "and every digest is that of the C locale" "$(sed 1d <<<"$out")" "$usual"
 

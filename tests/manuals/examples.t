@@ -80,7 +80,7 @@ run_beside() {
     local root=$1 name=$2 keyed=()
     shift 2
     [ ! -d "$root/here/keys" ] || keyed=(--keys "$root/here/keys")
-    start beside "$weft" render "${slow[@]}" --samples 600 --listen "tcp://127.0.0.1:$port" "${keyed[@]}" \
+    start beside "$weft" render "${slow[@]:0:5}" --samples "$((3 * slow[-1]))" --listen "tcp://127.0.0.1:$port" "${keyed[@]}" \
         -o "$root/beside.png"
     local render=$pid
     listening beside
