@@ -83,10 +83,9 @@ skip_all() { # REASON
 
 finish() {
     if [ "$mode" = sanitize ]; then
-        local reports
-        reports=$(cat "$tmp"/sanitizer/report* 2>&1)
-        is_empty "$tmp/sanitizer"
-        report $? "no sanitizer has reported anything" || note "$reports"
+        local reports # but not that a thread ended just while leaks were looked for
+        reports=$(find "$tmp/sanitizer" -type f -exec cat {} + | grep -v ' *==[0-9]*==Unable to get registers from thread')
+        is "no sanitizer has reported anything" "$reports" ''
     fi
     echo "1..$tests"
     exit $((failed > 0))
