@@ -14,7 +14,10 @@ is 'one worker and one of several differ in name, settings and keys alone' \
     "$(settings "$folder/weft-worker.service")"
 
 # A root in which the program is where the services say.
-systemd=$(command -v systemd-analyze) || skip_all 'no systemd-analyze here; the services are not tried'
+systemd=$(command -v systemd-analyze) || {
+    skip 'what systemd says of the services' 'there is no systemd-analyze here'
+    finish
+}
 mkdir -p "$tmp/units"
 for unit in weft-worker.service weft-worker@.service; do
     sed "s|/usr/bin/weft-worker|$worker|" "$folder/$unit" >"$tmp/units/$unit"
