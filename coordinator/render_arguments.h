@@ -17,7 +17,6 @@ struct render_arguments {
     const char *output, *report, *kernel, *keys, *log;
     struct render_choices choices;
     double audit_percent;
-    bool can_go_on; /* once interrupted: there is something to go on from */
     int64_t workers, threads, band;
     char listen[WIRE_ENDPOINT_BYTES]; /* "": no */
     const char *http_token;

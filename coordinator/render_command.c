@@ -146,9 +146,15 @@ static struct progress *make_progress(const struct render_arguments *a)
     return progress_create(progress_mode_auto(stderr), stderr);
 }
 
+/* How a render ended that was interrupted. */
+struct ending {
+    int signal;     /* its number; 0: none did */
+    bool can_go_on; /* there is something to go on from */
+};
+
 /* Renders what is open, and reports it however it ended, unless `report` is closed. */
 static enum status run(struct render_arguments *a, struct farm *farm, struct http_server *http, struct render_job *jobs,
-                       size_t count, struct part_file *report, int *interrupted, struct error *error)
+                       size_t count, struct part_file *report, struct ending *ending, struct error *error)
 {
     struct progress *progress = make_progress(a);
     struct error report_error;
@@ -156,7 +162,7 @@ static enum status run(struct render_arguments *a, struct farm *farm, struct htt
     farm_set_http(farm, http);
     for (size_t i = 0; i < count; i++)
         farm_add_job(farm, &jobs[i]);
-    enum status status = farm_run(farm, say_done, a, interrupted, error);
+    enum status status = farm_run(farm, say_done, a, &ending->signal, error);
     progress_destroy(&progress);
     struct snapshot last = farm_snapshot(farm);
     if (report->fd < 0 || report_publish(report, &last, jobs, &report_error) == STATUS_OK)
@@ -183,7 +189,7 @@ static enum status open_http(const struct render_arguments *a, struct http_serve
 }
 
 static enum status render(struct render_arguments *a, struct coordinator_keys *keys, char **scenes, size_t count,
-                          int *interrupted, struct error *error)
+                          struct ending *ending, struct error *error)
 {
     struct farm_config config = {
         .listen = a->listen[0] ? a->listen : NULL,
@@ -212,28 +218,27 @@ static enum status render(struct render_arguments *a, struct coordinator_keys *k
     if (status == STATUS_OK && a->report)
         status = part_file_open(&report, a->report, error);
     if (status == STATUS_OK)
-        status = run(a, farm, http, jobs, count, &report, interrupted, error);
+        status = run(a, farm, http, jobs, count, &report, ending, error);
     part_file_discard(&report);
     farm_destroy(&farm);
-    if (http && !*interrupted)
+    if (http && !ending->signal)
         http_linger(http);
     http_destroy(&http);
     for (size_t i = 0; i < count; i++) {
-        a->can_go_on |= !a->choices.no_resume && jobs[i].state != JOB_DONE &&
-                         render_job_has_begun(&jobs[i]);
+        ending->can_go_on |= !a->choices.no_resume && jobs[i].state != JOB_DONE && render_job_has_begun(&jobs[i]);
         render_job_finish(&jobs[i]);
     }
     free(jobs);
     return status;
 }
 
-static enum status render_with_keys(struct render_arguments *a, char **scenes, size_t count, int *interrupted,
-                                    struct error *error)
+static enum status render_with_keys(struct render_arguments *a, char **scenes, size_t count,
+                                    struct ending *ending, struct error *error)
 {
     struct coordinator_keys keys;
     enum status status = coordinator_keys_read(&keys, a->keys, error);
     if (status == STATUS_OK)
-        status = render(a, &keys, scenes, count, interrupted, error);
+        status = render(a, &keys, scenes, count, ending, error);
     coordinator_keys_finish(&keys);
     return status;
 }
@@ -242,7 +247,8 @@ int command_render(int argc, char **argv)
 {
     struct render_arguments a;
     struct error error;
-    int first = 0, interrupted = 0;
+    struct ending ending = {0};
+    int first = 0;
     enum status status = render_arguments_read(&a, argc, argv, &first, &error);
     signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the write that met the limit */
     if (status == STATUS_OK)
@@ -251,13 +257,13 @@ int command_render(int argc, char **argv)
         log_start("weft", a.quiet ? LOG_WARNING : a.verbose ? LOG_DEBUG : LOG_INFO);
         char **scenes = argv + first;
         size_t count = (size_t)(argc - first);
-        status = a.keys ? render_with_keys(&a, scenes, count, &interrupted, &error)
-                        : render(&a, NULL, scenes, count, &interrupted, &error);
+        status = a.keys ? render_with_keys(&a, scenes, count, &ending, &error)
+                        : render(&a, NULL, scenes, count, &ending, &error);
     }
-    if (interrupted) {
-        log_error(a.can_go_on ? "interrupted; the same command will go on from here"
-                              : "interrupted; nothing was written of the unfinished picture");
-        return 128 + interrupted;
+    if (ending.signal) {
+        log_error(ending.can_go_on ? "interrupted; the same command will go on from here"
+                                   : "interrupted; nothing was written of the unfinished picture");
+        return 128 + ending.signal;
     }
     if (status != STATUS_OK)
         log_error("%s", error.text);

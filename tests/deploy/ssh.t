@@ -98,7 +98,7 @@ borrow() {
 }
 
 both_have_joined() { # LABEL
-    [ "$(grep -c 'worker [0-9]* joined' "$tmp/$1.err")" -ge 2 ]
+    [ "$(grep -Ec 'worker [0-9]+ \(.*\) joined: ' "$tmp/$1.err")" -ge 2 ]
 }
 
 same_picture() { # LABEL PID

@@ -59,7 +59,7 @@ start_there() { # LABEL COMMAND
 # shared NAME LABEL: the picture is rendered by both machines, and has the bytes of this machine's own.
 shared() {
     ends 0 "$1: the render is completed" "$coordinator" 120 "$2"
-    ok "$1: loom has joined" grep -q 'joined: loom, process' "$tmp/$2.err"
+    ok "$1: loom has joined" grep -Eq 'worker [0-9]+ \(loom, process [0-9]+\) joined: ' "$tmp/$2.err"
     same_bytes "$1: the picture is the same" "$here/show.png" "$tmp/own.png"
     rm "$here/show.png"
 }

@@ -4,12 +4,7 @@
 /* Worker 1 answers a band after 100 ms; worker 2 sits on the other one. */
 static void start_straggling(void)
 {
-    start(10);
-    tell(job(20));
-    tell(join(1, 1, 1));
-    tell(join(2, 1, 1));
-    tell(ready(1, 0));
-    tell(ready(2, 0));
+    start_pair(10, 20);
     now_ms += 100;
     expect(result(1, 1), "ack w1 #1, accept j0 0+10");
 }
@@ -54,12 +49,7 @@ static void test_lost_original(void **state)
 static void test_no_backup_while_rows_wait(void **state)
 {
     (void)state;
-    start(1);
-    tell(job(1000));
-    tell(join(1, 1, 1));
-    tell(join(2, 1, 1));
-    tell(ready(1, 0));
-    tell(ready(2, 0));
+    start_pair(1, 1000);
     struct action grant, straggler;
     assert_true(scheduler_lease(scheduler, 2, 2, &straggler));
     for (uint64_t lease = 3; lease < 500; lease++) {

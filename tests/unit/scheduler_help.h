@@ -143,4 +143,15 @@ static struct event plain(enum event_kind kind, uint32_t worker)
     return (struct event){.kind = kind, .worker = worker};
 }
 
+/* A job, and two workers of one thread that hold a band of it each, where there are rows for both. */
+static inline void start_pair(uint32_t band_rows, uint32_t rows)
+{
+    start(band_rows);
+    tell(job(rows));
+    for (uint32_t worker = 1; worker <= 2; worker++)
+        tell(join(worker, 1, 1));
+    for (uint32_t worker = 1; worker <= 2; worker++)
+        tell(ready(worker, 0));
+}
+
 #endif

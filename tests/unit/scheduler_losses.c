@@ -20,12 +20,7 @@ static void test_lost_bands_come_first(void **state)
 static void test_silence(void **state)
 {
     (void)state;
-    start(50);
-    tell(job(100));
-    tell(join(1, 1, 1));
-    tell(join(2, 1, 1));
-    tell(ready(1, 0));
-    tell(ready(2, 0));
+    start_pair(50, 100);
     now_ms += SILENCE_MS - 1;
     expect(plain(EVENT_BEAT, 2), "");
     assert_true(scheduler_deadline(scheduler) == now_ms + 1);
@@ -115,12 +110,7 @@ static struct event beat(uint32_t worker, uint64_t progress)
 static void test_stuck(void **state)
 {
     (void)state;
-    start(10);
-    tell(job(20));
-    tell(join(1, 1, 1));
-    tell(join(2, 1, 1));
-    tell(ready(1, 0));
-    tell(ready(2, 0));
+    start_pair(10, 20);
     uint64_t progress = 1;
     for (int i = 0; i < 5; i++, now_ms += 2000, progress++) {
         tell(beat(1, progress));
@@ -150,12 +140,7 @@ static void test_stuck(void **state)
 /* Two workers, ready; worker 2 advanced every second and then no more: its threads load the next job. */
 static void start_loading(void)
 {
-    start(10);
-    tell(job(20));
-    tell(join(1, 1, 1));
-    tell(join(2, 1, 1));
-    tell(ready(1, 0));
-    tell(ready(2, 0));
+    start_pair(10, 20);
     for (uint64_t progress = 1; progress <= 5; progress++, now_ms += 1000)
         for (uint32_t worker = 1; worker <= 2; worker++)
             tell(beat(worker, progress));
