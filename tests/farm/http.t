@@ -21,7 +21,8 @@ ask() {
     [[ "$*" == *Host:* ]] && host=()
     : >"$tmp/answer"
     exec 9<>"/dev/tcp/127.0.0.1/$web" || return 1
-    { printf '%s\r\n' "$method $path HTTP/1.1" "${host[@]}" "$@" 'Connection: close' && printf '\r\n'; } >&9
+    # A process of its own: refused in the middle of a head, it alone ends of SIGPIPE.
+    (printf '%s\r\n' "$method $path HTTP/1.1" "${host[@]}" "$@" 'Connection: close' '' >&9)
     timeout 20 cat <&9 >"$tmp/answer"
     exec 9>&-
     perl -e 'local $/; open F, "<:raw", $ARGV[0]; $_ = <F>; s/^(.*?)\r\n\r\n//s; ($head = $1) =~ tr/\r//d;
