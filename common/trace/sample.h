@@ -18,6 +18,7 @@
 #define WEFT_TRACE_SAMPLE_H
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/hash.h"
@@ -90,13 +91,31 @@ struct sample_cell {
     double middle, width; /* pixels; the middle from the pixel's edge */
 };
 
+/* That of shares low .. high of the tent: the box with the mean and the variance of that part of it, so that boxes side by
+ * side add up to a filter with those of the tent. On its left half, the tent's density at a distance r from its end is r,
+ * and the share before it r²/2; between r0 and r1 the mean is 2/3 (r0² + r0 r1 + r1²) / (r0 + r1), and the variance
+ * (r1 − r0)² (r0² + 4 r0 r1 + r1²) / (18 (r0 + r1)²). The right half is the same from behind; all of the tent varies by
+ * 1/6, a box by 1/12 of its width's square. */
+static inline struct sample_cell sample_cell_of_tent(double low, double high)
+{
+    bool is_all = high - low == 1, is_right = low >= 0.5;
+    double r0 = sqrt(2 * (is_right ? 1 - high : low)), r1 = sqrt(2 * (is_right ? 1 - low : high));
+    double sum = r0 + r1, product = r0 * r1, squares = r0 * r0 + r1 * r1;
+    double mean = (2.0 / 3) * (squares + product) / sum;
+    double width = (r1 - r0) * sqrt((2.0 / 3) * (squares + 4 * product)) / sum;
+    double middle = is_right ? 1.5 - mean : mean - 0.5;
+    return (struct sample_cell){is_all ? 0.5 : middle, is_all ? sqrt(2) : width};
+}
+
 /* Each 2^k samples from a multiple of 2^k on are a net: one lies in each of the cells that cut the filter into 2^a shares
  * across and 2^b down, a + b = k. So if each sample stands for its cell, what is averaged over cells (a texture) is
- * averaged over the filter without a gap or an overlap, wherever in their cells the samples lie. */
+ * averaged over the filter without a gap or an overlap (by the tent: but for how its parts slope), wherever in their cells
+ * the samples lie. */
 static inline struct sample_cell sample_cell(double share, double cells, enum pixel_filter filter)
 {
-    double cell = math_floor(share * cells);
-    double low = sample_spread(cell / cells, filter), high = sample_spread((cell + 1) / cells, filter);
+    double cell = math_floor(share * cells), low = cell / cells, high = (cell + 1) / cells;
+    if (filter == FILTER_TENT)
+        return sample_cell_of_tent(low, high);
     return (struct sample_cell){0.5 * (low + high), high - low};
 }
 
