@@ -26,8 +26,12 @@ enum {
 /* Renders aim a little below the error that they must meet: surveys are off by as much. */
 #define AIM 0.8
 
-/* A pixel whose error may be so small a share of what is asked for is known well enough: beyond, it is extrapolated. */
-#define FINEST_SHARE 0.4
+/* Pixels may have to be so small a share off of what is asked for, where all are uneven. */
+#define FINEST_SHARE 0.1
+
+/* With twice the samples a pixel's squared error is so much of what it was: 0.35 where one edge crosses it (samples^-1.5),
+ * nearer 0.5 where much lies within it. */
+#define FALL 0.4
 
 /* Pixels whose first measures are at most so much below the finest threshold hardly matter: few are followed. The
  * roots of such a pixel and its neighbours may lie apart by 23 times the error that is asked for. Following all of
@@ -116,7 +120,7 @@ static uint32_t least_stage(uint32_t policy)
 }
 
 /* For each threshold, the stage with which the pixel would have been done, from `first_stage` on. Beyond the stages that
- * it went through it is as if its unevenness stayed what it was, and its error fell as samples^-1.5. */
+ * it went through it is as if its unevenness stayed what it was, and its error fell by FALL. */
 static void note_policy(const struct pixel_history *history, const struct sampling *sampling, uint32_t first_stage,
                         struct survey_outcome *steps)
 {
@@ -127,7 +131,7 @@ static void note_policy(const struct pixel_history *history, const struct sampli
         uint32_t known = stage < history->stages ? stage : history->stages - 1;
         uint32_t measure = history->stage[known].measure + (stage - known) * SAMPLING_MEASURES_A_DOUBLING;
         bool is_last = stage + 1 == SAMPLING_STAGES || sampling_stage(stage + 1) > sampling->most;
-        fall *= stage > known ? 1 / (2 * sqrt(2)) : 1;
+        fall *= stage > known ? FALL : 1;
         if ((stage < first_stage || measure < threshold) && !is_last)
             continue;
         struct survey_outcome outcome = outcome_of(sampling_stage(stage), error_at(history, known) * fall,
