@@ -18,7 +18,8 @@ struct dispatcher *dispatcher_create(const struct dispatcher_config *config, int
     d->scheduler = scheduler_create(&(struct scheduler_policy){
         .band_rows = config->band_rows, .silence_ms = DISPATCHER_SILENCE_MS,
         .newcomer_bands = DISPATCHER_NEWCOMER_BANDS,
-        .audits = config->audit_percent > 0 ? audit_chooses : NULL, .audits_context = &d->audit});
+        .audits = config->audit_percent > 0 ? audit_chooses : NULL, .audits_context = &d->audit,
+        .expects = dispatcher_expected_work, .expects_context = d});
     return d;
 }
 

@@ -1,4 +1,4 @@
-/* Remaining time: what the dispatcher tells forecasts, and asks them. Work is in milliseconds of one thread. */
+/* What is to come: what the dispatcher tells forecasts, and asks them. Work is in milliseconds of one thread. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -105,4 +105,10 @@ double dispatcher_remaining_seconds(const struct dispatcher *d, uint32_t number)
     double left_ms = forecast_time(d->forecasts[number], hands, count, bands, threads);
     free(hands);
     return left_ms < 0 ? -1 : left_ms / 1000;
+}
+
+const double *dispatcher_expected_work(void *context, uint32_t job)
+{
+    struct dispatcher *d = context;
+    return d->forecasts[job] ? forecast_sums(d->forecasts[job]) : NULL;
 }

@@ -121,6 +121,9 @@ void dispatcher_tell_forecast_of_survey(struct dispatcher *dispatcher, uint32_t 
 /* A band was accepted, as the action says, and took so much work. */
 void dispatcher_add_to_forecast(struct dispatcher *dispatcher, const struct action *accepted, double work);
 
+/* A scheduler_policy's expects; context: the dispatcher. */
+const double *dispatcher_expected_work(void *context, uint32_t job);
+
 /* In seconds; negative: unknown. */
 double dispatcher_remaining_seconds(const struct dispatcher *dispatcher, uint32_t job);
 

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 
 enum {
+    SUMMED_SHARE = 64, /* sums are brought up to date when one row in so many is done since */
     KNOWN_SHARE = 24, /* nothing is said as long as the work of less than one row in so many is known; an earlier run's
                        * rows do not count */
     NEAR_SHARE = 64,  /* a share of the rows: so many at most beside a gap tell what it costs there, */
@@ -36,6 +37,8 @@ struct forecast {
     double *soonest;  /* of bands in work, by their first row: when they are done */
     double *ahead, *ahead_looks; /* work and looks expected of each open row; valid unless stale */
     bool is_stale;
+    double *sums;     /* rows + 1, as they were when so many rows were done; 0: never */
+    uint32_t summed_rows;
     bool adapts;      /* there are looks */
 };
 
@@ -55,6 +58,7 @@ struct forecast *forecast_create(uint32_t rows, uint32_t cell_rows)
     f->soonest = memory_array(rows, sizeof *f->soonest);
     f->ahead = memory_array(rows, sizeof *f->ahead);
     f->ahead_looks = memory_array(rows, sizeof *f->ahead_looks);
+    f->sums = memory_array((size_t)rows + 1, sizeof *f->sums);
     for (uint32_t row = 0; row < rows; row++)
         f->shape[row] = 1;
     return f;
@@ -75,6 +79,7 @@ void forecast_destroy(struct forecast **pointer)
     free(f->soonest);
     free(f->ahead);
     free(f->ahead_looks);
+    free(f->sums);
     free(f);
     *pointer = NULL;
 }
@@ -110,7 +115,7 @@ static double expected_at(const struct forecast *f, uint32_t row)
  * known, and all rows count alike. */
 static void shape_rows(struct forecast *f)
 {
-    static const double evened = 0.5;
+    static const double evened = 0.2;
     double mean = 0;
     for (uint32_t cell = 0; cell < f->cells; cell++) {
         f->surveyed[cell] /= f->expected[cell];
@@ -258,4 +263,17 @@ double forecast_time(struct forecast *f, const struct forecast_hand *hands, size
     for (size_t i = 0; i < count; i++)
         work -= fmin(hands[i].spent, work_of(f, hands[i].first_row, hands[i].rows, 1));
     return fmax(fmax(work, 0) / power, longest_hand(f, hands, count));
+}
+
+const double *forecast_sums(struct forecast *f)
+{
+    uint32_t done = f->known_rows + f->unknown_rows;
+    if (f->summed_rows > 0 && done - f->summed_rows < share_of(f, SUMMED_SHARE, 1))
+        return f->sums;
+    if (!look_ahead(f))
+        return NULL;
+    for (uint32_t row = 0; row < f->rows; row++)
+        f->sums[row + 1] = f->sums[row] + (f->states[row] == ROW_OPEN ? f->ahead[row] : 0);
+    f->summed_rows = done;
+    return f->sums;
 }

@@ -54,4 +54,8 @@ struct forecast_hand {
 double forecast_time(struct forecast *forecast, const struct forecast_hand *hands, size_t count, uint32_t bands,
                      double power);
 
+/* The work expected of the rows that are not done, summed from the top: sums[rows + 1], sums[i] that of rows 0 .. i − 1.
+ * Now and then brought up to date, so that asking is cheap; valid until the next call. NULL: unknown, as above. */
+const double *forecast_sums(struct forecast *forecast);
+
 #endif

@@ -27,13 +27,17 @@
 #include "wire/message.h"
 
 struct scheduler_policy {
-    uint32_t band_rows; /* of the render, not of surveys; 0: chosen by what remains, smaller towards the end */
+    uint32_t band_rows; /* of the render, not of surveys; 0: chosen by what remains, less towards the end */
     int64_t silence_ms; /* a worker that is silent for so long is dead */
     uint32_t newcomer_bands; /* a worker that has answered nothing yet holds no more, nor more than one a thread,
                               * whatever it says of itself, unless it is trusted; 0: its credit */
     /* Whether a band of which these rows are accepted, or a job's kept rows, are to be audited; NULL: none are. */
     bool (*audits)(const void *context, uint32_t job, enum render_pass pass, uint32_t first_row);
     const void *audits_context; /* borrowed */
+    /* What the rows of job's render are expected to take, in any unit, summed from the top: sums[rows + 1], never falling,
+     * valid until the next call; what is done counts nothing. NULL (the function or its answer): all rows are alike. */
+    const double *(*expects)(void *context, uint32_t job);
+    void *expects_context; /* borrowed */
 };
 
 /* A band that was lost with so many workers fails its job. Workers of one machine count as one, unless they are

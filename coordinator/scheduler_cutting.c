@@ -2,7 +2,8 @@
  * The scheduler's bands: how the rows of a pass are cut into them, and in which order these come.
  *
  * A render begins with soundings: low bands spread over the picture, those first that lie farthest from others. They
- * tell early what its parts take, and show it. Then come the rows between them, from the top.
+ * tell early what its parts take, and show it. Then come the rows between them, from the top, in bands that are expected
+ * to take alike.
  */
 #include <stdlib.h>
 
@@ -10,10 +11,11 @@
 #include "coordinator/scheduler_private.h"
 
 enum {
-    BAND_ROWS_MAX = 32, /* of a band cut automatically, */
-    GAP_ROWS_MAX = 48,  /* or between soundings of adaptive sampling, so that there are not more bands than without, */
-    BAND_ROWS_MIN = 4,  /* and of a render's, unless rows are scarce: adaptive sampling looks beyond its edges */
-    BANDS_A_THREAD = 2, /* into how many bands a thread's share of the remaining rows is cut */
+    BAND_ROWS_MAX = 48, /* of a band cut automatically, */
+    BAND_ROWS_MIN = 4,  /* and of a render's, unless rows are scarce; */
+    ADAPTIVE_ROWS_MIN = 8, /* adaptive sampling looks beyond a band's edges */
+    BANDS_A_THREAD = 2, /* into how many bands a thread's share of what remains is cut */
+    SURVEY_BANDS_MIN = 32, /* so many of a survey, if it has the rows, tell what its parts take */
     SOUNDINGS_MIN = 16, /* where there are rows enough: not more than every second is to be part of one; */
     SOUNDINGS_MAX = 32,
     SOUNDING_EVERY = 48, /* rows, if that gives a number between these */
@@ -184,20 +186,48 @@ static uint64_t part_of(uint64_t together, uint64_t rows)
     return (together + parts - 1) / parts;
 }
 
+static uint64_t least_rows(const struct scheduler *s, const struct job *job)
+{
+    if (job->pass == PASS_SURVEY || scheduler_is_scarce(s, job))
+        return 1;
+    return job->pass_rows[PASS_SURVEY] > 0 ? ADAPTIVE_ROWS_MIN : BAND_ROWS_MIN;
+}
+
+static uint64_t most_rows(const struct job *job)
+{
+    uint64_t most = job->pass == PASS_SURVEY ? rows_of(job) / SURVEY_BANDS_MIN : BAND_ROWS_MAX;
+    return most < 1 ? 1 : most < BAND_ROWS_MAX ? most : BAND_ROWS_MAX;
+}
+
+/* How many rows from the next one on, at most so many, are one of so many parts of what remains: of its work, if it is
+ * known what that will be, else of its rows. */
+static uint64_t share_rows(const struct scheduler *s, const struct job *job, uint64_t parts, uint64_t most)
+{
+    bool is_asked = job->pass == PASS_RENDER && s->policy.expects;
+    const double *sums = is_asked ? s->policy.expects(s->policy.expects_context, job->number) : NULL;
+    if (!sums) {
+        uint64_t share = scheduler_rows_waiting(job) / parts;
+        return share < most ? share : most;
+    }
+    const double *next = sums + job->next_row;
+    uint64_t rows = 0, together = cut_end(job) - job->next_row;
+    most = together < most ? together : most;
+    double share = (sums[rows_of(job)] - *next) / (double)parts;
+    while (rows < most && next[rows + 1] - *next <= share)
+        rows++;
+    return rows;
+}
+
 /* Guided self-scheduling: a share of what remains, so that bands are large while there is much to do and small when
  * the end is near. */
 static uint64_t guided_rows(const struct scheduler *s, const struct job *job, const struct worker *w)
 {
     bool renders = job->pass == PASS_RENDER, ends_ahead = renders && cut_end(job) < rows_of(job);
-    uint64_t share = scheduler_rows_waiting(job) / (BANDS_A_THREAD * s->threads);
-    uint64_t together = cut_end(job) - job->next_row;
-    uint64_t least = renders && !scheduler_is_scarce(s, job) ? BAND_ROWS_MIN : 1;
-    uint64_t most = ends_ahead && job->pass_rows[PASS_SURVEY] > 0 && share >= GAP_ROWS_MAX
-                  ? GAP_ROWS_MAX : BAND_ROWS_MAX;
-    share = share < most ? share : most;
+    uint64_t least = least_rows(s, job);
+    uint64_t share = share_rows(s, job, BANDS_A_THREAD * s->threads, most_rows(job));
     share = renders && w && share > least ? rows_for(job, w, share) : share;
     share = share < least ? least : share;
-    return ends_ahead ? part_of(together, share) : share;
+    return ends_ahead ? part_of(cut_end(job) - job->next_row, share) : share;
 }
 
 /* `w`: NULL: nobody in particular. */

@@ -219,6 +219,19 @@ static void make_jobs(void)
     }
 }
 
+/* Anything, another thing every five seconds, and nothing at first. */
+static const double *expected_work(void *context, uint32_t job)
+{
+    static double sums[ROWS_MAX + 1];
+    uint32_t turn = (uint32_t)(history.now_ms / 5000);
+    (void)context;
+    for (uint32_t row = 0; row < ROWS_MAX; row++) {
+        uint32_t hash = hash_u32(row / 7 + hash_u32(job + 1000 * turn));
+        sums[row + 1] = sums[row] + (hash % 3 == 0 ? 0 : hash % 100);
+    }
+    return turn > 0 ? sums : NULL;
+}
+
 static void make_world(void)
 {
     struct action_list actions = world.actions;
@@ -226,7 +239,7 @@ static void make_world(void)
     world.newcomer_bands = chance(50) ? 0 : draw(1, 2);
     world.scheduler = scheduler_create(&(struct scheduler_policy){
         .band_rows = chance(50) ? 0 : draw(1, 40), .silence_ms = SILENCE_MS, .newcomer_bands = world.newcomer_bands,
-        .audits = is_audited});
+        .audits = is_audited, .expects = chance(50) ? expected_work : NULL});
     world.audited = chance(50) ? 0 : chance(50) ? 100 : draw(1, 99);
     make_workers();
     make_jobs();

@@ -50,10 +50,8 @@ static struct verdict judge(const struct recorded *recorded, int workers)
 static const int farms[] = {1, 2, 4}; /* workers */
 enum { FARMS = sizeof farms / sizeof *farms };
 
-/* What is not within 20 %, and how far off it is: an edge, such as a horizon or a glass's rim, lies between two
- * soundings, and on one side of it rows cost many times what they do on the other; or, of four workers, one has a band
- * of such rows when there is nothing left for the others. What is above 1 is in the last 4 % of the time, when an error
- * just above GRAIN is more than all that is left. */
+/* What is not within 20 %, and how far off it is: glass, at whose rim rows cost thirty times what they did; right after
+ * the survey nobody knows yet what lies between the soundings. */
 struct exception {
     const char *scene;
     double worst;
@@ -90,19 +88,15 @@ static void check_all(const char *path, size_t count, const struct exception *ex
 static void test_fixed_samples(void **state)
 {
     (void)state;
-    static const struct exception exceptions[] = {
-        {"/absorption.json", 0.21}, {"/background.json", 0.23},   {"/filter.json", 0.24}, {"/ground.json", 0.22},
-        {"/glass.json", 0.36},      {"/nested-glass.json", 0.36}, {NULL, 0}};
-    check_all("tests/unit/recordings/fixed.txt", 48, exceptions);
+    check_all("tests/unit/recordings/fixed.txt", 48, (struct exception[]){{NULL, 0}});
 }
 
 static void test_adaptive_samples(void **state)
 {
     (void)state;
     static const struct exception exceptions[] = {
-        {"/absorption.json", 0.24}, {"/nested-glass.json", 1.85}, {"/glass.json", 1.02},
-        {"/bubble.json", 0.21},     {"/balls.nff", 0.29},         {"/mount.nff", 1.27},  {NULL, 0}};
-    check_all("tests/unit/recordings/adaptive.txt", 44, exceptions);
+        {"/nested-glass.json", 0.67}, {"/glass.json", 0.24}, {NULL, 0}};
+    check_all("tests/unit/recordings/adaptive.txt", 48, exceptions);
 }
 
 /* Of a file: the figures of every scene. */

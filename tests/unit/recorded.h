@@ -171,10 +171,17 @@ static void replay_tell(struct replay *replay, struct event event, double work)
     }
 }
 
+static const double *replay_sums(void *context, uint32_t job)
+{
+    (void)job;
+    return forecast_sums(((struct replay *)context)->forecast);
+}
+
 static void replay_begin(struct replay *replay, const struct recorded *recorded, int workers)
 {
     *replay = (struct replay){.recorded = recorded, .worker_count = workers};
-    replay->scheduler = scheduler_create(&(struct scheduler_policy){.silence_ms = INT32_MAX});
+    replay->scheduler = scheduler_create(&(struct scheduler_policy){
+        .silence_ms = INT32_MAX, .expects = replay_sums, .expects_context = replay});
     replay->forecast = forecast_create(recorded->rows, recorded->cell_rows);
     replay_tell(replay, (struct event){.kind = EVENT_JOB, .survey_rows = recorded->cells, .rows = recorded->rows}, 0);
     for (int i = 0; i < workers; i++) {
