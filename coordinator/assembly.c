@@ -85,7 +85,8 @@ size_t assembly_record_bytes(const struct assembly *a)
 
 /* --- the encoder ------------------------------------------------------------------------------------------ */
 
-/* Waits for the next row and says where it is; 0: it is to end, or all rows are written and the files to be completed. */
+/* Waits for the next row and says where it is; 0: it is to end, or all rows are written and the files to be
+ * completed. */
 static uint64_t next_row(struct assembly *a)
 {
     uint64_t row = 0;

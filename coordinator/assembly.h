@@ -1,7 +1,7 @@
 /*
  * Weaving a picture from its bands, and maps of where its samples went and how far off its pixels are: row records
- * arrive in any order in the journal and are written from the top as soon as they can be, by a thread that runs from the
- * first of them until the files are complete, so that whoever adds them does not wait.
+ * arrive in any order in the journal and are written from the top as soon as they can be, by a thread that runs from
+ * the first of them until the files are complete, so that whoever adds them does not wait.
  */
 #ifndef WEFT_COORDINATOR_ASSEMBLY_H
 #define WEFT_COORDINATOR_ASSEMBLY_H
@@ -50,8 +50,8 @@ struct row_figures assembly_sum(const struct assembly *assembly, uint32_t rows, 
  * assembly_finish. STATUS_OUTPUT as of assembly_create and assembly_add. */
 enum status assembly_drop(struct assembly *assembly, uint32_t first_row, uint32_t rows, struct error *error);
 
-/* With all rows taken: has the files completed as soon as all is written, the picture before the maps. Then, or when that
- * has failed, 1 is added to the eventfd `bell`, unless that is −1. */
+/* With all rows taken: has the files completed as soon as all is written, the picture before the maps. Then, or when
+ * that has failed, 1 is added to the eventfd `bell`, unless that is −1. */
 void assembly_finish(struct assembly *assembly, int bell);
 
 /* After assembly_finish: whether the files are complete, or that has failed. */
@@ -60,8 +60,8 @@ bool assembly_is_finished(struct assembly *assembly);
 /* After assembly_finish: whether all is written, so that the files have their names or get them at any moment. */
 bool assembly_is_written(struct assembly *assembly);
 
-/* After assembly_finish: waits until then. Frees *assembly and sets it to NULL in any case; STATUS_OUTPUT leaves no trace
- * of the files that are not complete. */
+/* After assembly_finish: waits until then. Frees *assembly and sets it to NULL in any case; STATUS_OUTPUT leaves no
+ * trace of the files that are not complete. */
 enum status assembly_complete(struct assembly **assembly, struct error *error);
 
 /* Leaves no trace of the outputs; *assembly may be NULL. */

@@ -24,7 +24,7 @@ struct dispatcher_config {
     uint32_t band_rows;                 /* 0: automatic */
     double audit_percent;               /* of the bands, that are rendered by two workers and compared; 0: none */
     struct digest core_revision, proof; /* what a worker must match */
-    int bell; /* an eventfd, to which 1 is added when dispatcher_take_done is to be called; −1: outputs are waited for */
+    int bell; /* an eventfd, to which 1 is added when dispatcher_take_done is to be called; −1: outputs are awaited */
     dispatcher_send *send;
     void *context; /* of send; borrowed */
 };
@@ -44,15 +44,16 @@ void dispatcher_add_job(struct dispatcher *dispatcher, struct render_job *job, i
 void dispatcher_take_message(struct dispatcher *dispatcher, const struct wire_peer *from, const void *data, size_t size,
                              int64_t now_ms);
 
-/* Does what is due by now, all messages that have arrived having been taken: who has been silent too long is given up. To
- * be called at dispatcher_deadline at the latest. */
+/* Does what is due by now, all messages that have arrived having been taken: who has been silent too long is given up.
+ * To be called at dispatcher_deadline at the latest. */
 void dispatcher_tick(struct dispatcher *dispatcher, int64_t now_ms);
 int64_t dispatcher_deadline(const struct dispatcher *dispatcher);
 
 /* A process that this one has started has died; it may have been a worker, and may have joined more than once. */
 void dispatcher_lose_process(struct dispatcher *dispatcher, uint32_t pid, int64_t now_ms);
 
-/* A worker process of this machine from which nothing more is expected, though it has not died; false: there is none. */
+/* A worker process of this machine from which nothing more is expected, though it has not died; false: there is
+ * none. */
 bool dispatcher_take_expelled(struct dispatcher *dispatcher, uint32_t *pid);
 
 /* Whether one more worker of this process's own is needed, as is then told: to settle which of two others is right, or

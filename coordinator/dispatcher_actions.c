@@ -330,8 +330,8 @@ static void answer(struct dispatcher *d, const struct event *event, const uint8_
     free(actions.items);
 }
 
-/* A peer that turns out to be lost while actions are carried out leads to another event. It waits until they all are: the
- * scheduler's answer to it may build on them, as the bands of a render do on the end of its survey. */
+/* A peer that turns out to be lost while actions are carried out leads to another event. It waits until they all are:
+ * the scheduler's answer to it may build on them, as the bands of a render do on the end of its survey. */
 void dispatcher_tell(struct dispatcher *d, const struct event *event, const uint8_t *result)
 {
     if (d->ending)

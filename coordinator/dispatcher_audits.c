@@ -67,8 +67,8 @@ static void doubt_done(struct dispatcher *d, uint32_t worker)
         log_warning("%s: holds rows of %s, and was complete before that was found", job->output_path,
                     describe(d, liar, who));
         if (d->doubtful.text[0] == '\0')
-            error_set(&d->doubtful, STATUS_FAILED, "%s: holds rows of %s, which returned wrong ones later; render it again",
-                      job->output_path, who);
+            error_set(&d->doubtful, STATUS_FAILED,
+                      "%s: holds rows of %s, which returned wrong ones later; render it again", job->output_path, who);
     }
     free(before);
     free(lied);
@@ -140,9 +140,10 @@ static void give_up(struct dispatcher *d, const struct action *audit)
     struct error error, ignored;
     render_job_restart(d->jobs[audit->job], &ignored); /* so that the next run believes nothing of it */
     error_set(&error, STATUS_FAILED,
-              "%s: workers %u and %u, both of this machine, returned different bytes for rows %u to %u%s; its memory or "
-              "processor may be faulty", d->jobs[audit->job]->scene_path, audit->about, audit->worker, audit->first_row,
-              audit->first_row + audit->rows - 1, audit->pass == PASS_SURVEY ? " of the survey" : "");
+              "%s: workers %u and %u, both of this machine, returned different bytes for rows %u to %u%s; its memory "
+              "or processor may be faulty", d->jobs[audit->job]->scene_path, audit->about, audit->worker,
+              audit->first_row, audit->first_row + audit->rows - 1,
+              audit->pass == PASS_SURVEY ? " of the survey" : "");
     dispatcher_fail_job(d, d->jobs[audit->job], STATUS_FAILED, &error);
 }
 
@@ -169,8 +170,8 @@ static void judge_two(struct dispatcher *d, const struct action *audit, const ui
 }
 
 /* Now a trusted worker has returned what is right: each of the two may have lied. */
-static void judge_by_third(struct dispatcher *d, const struct action *audit, const struct doubt *doubt, bool first_is_right,
-                           const uint8_t *result)
+static void judge_by_third(struct dispatcher *d, const struct action *audit, const struct doubt *doubt,
+                           bool first_is_right, const uint8_t *result)
 {
     uint32_t second = doubt->second;
     bool second_is_right = memcmp(doubt->result.data, result, doubt->result.size) == 0;

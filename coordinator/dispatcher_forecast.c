@@ -95,7 +95,7 @@ double dispatcher_remaining_seconds(const struct dispatcher *d, uint32_t number)
 {
     const struct render_job *job = d->jobs[number];
     uint32_t threads = threads_at_work(d);
-    if (job->state == JOB_DONE || (job->state == JOB_RUNNING && !d->forecasts[number])) /* the latter is being written */
+    if (job->state == JOB_DONE || (job->state == JOB_RUNNING && !d->forecasts[number])) /* and is being written */
         return 0;
     if (job->state != JOB_RUNNING || threads == 0)
         return -1;

@@ -13,7 +13,8 @@
 
 /* --- joining ---------------------------------------------------------------------------------------------- */
 
-static void refuse(struct dispatcher *d, const struct wire_peer *address, const struct message *hello, const char *reason)
+static void refuse(struct dispatcher *d, const struct wire_peer *address, const struct message *hello,
+                   const char *reason)
 {
     struct message message = {.kind = MESSAGE_REFUSE};
     snprintf(message.refuse.reason, sizeof message.refuse.reason, "%s", reason);
@@ -195,7 +196,8 @@ static void take_peer_message(struct dispatcher *d, struct peer *peer, const str
         take_need(d, peer, message);
         break;
     case MESSAGE_READY:
-        dispatcher_tell(d, &(struct event){.kind = EVENT_READY, .worker = peer->number, .job = message->ready.job}, NULL);
+        dispatcher_tell(d, &(struct event){.kind = EVENT_READY, .worker = peer->number, .job = message->ready.job},
+                        NULL);
         break;
     case MESSAGE_FAILED:
         take_failure(d, peer, message);

@@ -90,11 +90,12 @@ struct peer *dispatcher_peer(struct dispatcher *dispatcher, uint32_t number);
 void dispatcher_let_go(struct dispatcher *dispatcher, struct peer *peer);
 
 /* Notes what was the matter with the worker, and whether it counts as a failure. */
-void dispatcher_note_trouble(struct dispatcher *dispatcher, struct peer *peer, enum worker_trouble trouble, bool failed);
+void dispatcher_note_trouble(struct dispatcher *dispatcher, struct peer *peer, enum worker_trouble trouble,
+                             bool failed);
 
 /* A line about a peer of that machine (machines.h), unless it is one too many. */
-void dispatcher_tell_of(struct dispatcher *dispatcher, uint32_t machine, enum machine_line kind, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
+void dispatcher_tell_of(struct dispatcher *dispatcher, uint32_t machine, enum machine_line kind,
+                        const char *format, ...) __attribute__((format(printf, 4, 5)));
 
 /* The same about a worker, whose name goes before the text. */
 void dispatcher_tell_of_peer(struct dispatcher *dispatcher, const struct peer *peer, enum machine_line kind,

@@ -202,8 +202,8 @@ static int take_signals(struct farm *farm)
     return 0;
 }
 
-/* Takes those that wait; a bounded number, so that no flood of them keeps the rest from its turn. Returns whether all are
- * taken. */
+/* Takes those that wait; a bounded number, so that no flood of them keeps the rest from its turn. Returns whether all
+ * are taken. */
 static bool take_messages(struct farm *farm)
 {
     enum { MESSAGES_AT_ONCE = 1000 };

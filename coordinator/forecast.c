@@ -13,7 +13,7 @@ enum {
     NEAR_SHARE = 64,  /* a share of the rows: so many at most beside a gap tell what it costs there, */
     NEAR_ROWS_MIN = 4,
     FAR_SHARE = 8,    /* and so many beyond the last known one nothing but the mean does */
-    BELIEVED_SHARE = 4, /* what the survey expects counts as much as what is done does once that is one row in so many */
+    BELIEVED_SHARE = 4, /* what is done counts as much as what the survey expects once it is one row in so many */
 };
 
 /* First samples are taken of so many rows beyond a band's edges. */

@@ -3,9 +3,9 @@
  *
  * Rows of one picture can differ in cost a hundredfold, so what is left is not in proportion to the rows that are left.
  * A row's work is taken to be its samples times what one costs. Where a survey was made, that expects how many samples
- * there will be, and what is done shows how far such expectations hold in this picture. What a sample costs lies between
- * what it does in the nearest rows that are done above and below, and its ups and downs are the survey's; beyond the
- * first and the last of these rows the nearest counts at first, and farther away the mean of all.
+ * there will be, and what is done shows how far such expectations hold in this picture. What a sample costs lies
+ * between what it does in the nearest rows that are done above and below, and its ups and downs are the survey's;
+ * beyond the first and the last of these rows the nearest counts at first, and farther away the mean of all.
  *
  * Work is counted in whatever unit the caller likes, such as milliseconds of one thread.
  */
@@ -49,8 +49,8 @@ struct forecast_hand {
 };
 
 /* The time that is left, with hands[count] in work and the rest to come as so many bands, at so much work a unit of
- * time altogether (more than 0); not less than what a band in work takes those who have it. Negative: unknown, as long as
- * the survey is not done, or too little of the render. */
+ * time altogether (more than 0); not less than what a band in work takes those who have it. Negative: unknown, as long
+ * as the survey is not done, or too little of the render. */
 double forecast_time(struct forecast *forecast, const struct forecast_hand *hands, size_t count, uint32_t bands,
                      double power);
 

@@ -1,13 +1,13 @@
 /*
  * The journal of a render: every band that was accepted, and what was taken back, in a file beside the output,
- * `.NAME.journal`, so that a coordinator that was killed goes on where it was. It is also where rows wait that cannot be written yet, so that no
- * picture is ever whole in memory.
+ * `.NAME.journal`, so that a coordinator that was killed goes on where it was. It is also where rows wait that cannot
+ * be written yet, so that no picture is ever whole in memory.
  *
  * The file begins with a head: a magic word and what the render is of (struct journal_key). Then entries: a head (kind
  * and pass, first row, rows, milliseconds of the band's lease, bytes), the bytes, and a tag: a keyed hash (BLAKE2b) of
  * them, whose key is the tag before. So an entry that was cut short, or changed, or belongs to another journal is told,
- * and nothing behind it is believed. Numbers are little-endian. Bands are brought to disk in groups, once a second, by a
- * thread of its own: a machine that fails loses what came after, and a process that is killed loses nothing. What is
+ * and nothing behind it is believed. Numbers are little-endian. Bands are brought to disk in groups, once a second, by
+ * a thread of its own: a machine that fails loses what came after, and a process that is killed loses nothing. What is
  * taken back is on disk before anything is built on that.
  *
  * As long as it is open the file is locked: nobody else renders to the same output. One that is not to be resumed is
@@ -52,9 +52,9 @@ struct journal *journal_open(const char *output, const struct journal_key *key, 
 /* Whether a journal that an earlier run left beside that output has that key, so that it could be resumed. */
 bool journal_is_left(const char *output, const struct journal_key *key);
 
-/* Before anything is added: the next entry that an earlier run left, a band and its bytes into *data, replacing what that
- * held, or that a band before it is undone. False after the last that is whole; a journal that goes on behind it is cut
- * there, and that is said. */
+/* Before anything is added: the next entry that an earlier run left, a band and its bytes into *data, replacing what
+ * that held, or that a band before it is undone. False after the last that is whole; a journal that goes on behind it
+ * is cut there, and that is said. */
 bool journal_next(struct journal *journal, struct journal_band *band, struct bytes *data);
 
 /* The entry that journal_next gave does not fit the render: it is dropped, with all behind it. */
@@ -75,8 +75,8 @@ enum status journal_clear(struct journal *journal, struct error *error);
 /* Reads data[size] back from `offset`; by any thread. STATUS_OUTPUT if that fails. */
 enum status journal_read(const struct journal *journal, uint64_t offset, void *data, size_t size, struct error *error);
 
-/* Closes it, sets *journal to NULL, and removes the file if the render is done or it holds nothing; else all of it is on
- * disk. *journal may be NULL. */
+/* Closes it, sets *journal to NULL, and removes the file if the render is done or it holds nothing; else all of it is
+ * on disk. *journal may be NULL. */
 void journal_close(struct journal **journal, bool done);
 
 #endif

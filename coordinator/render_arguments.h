@@ -25,8 +25,8 @@ struct render_arguments {
     const char *progress;
 };
 
-/* Defaults first, then what argv says, which fits together; *first is the index of the first scene, of which there is one
- * at least. STATUS_USAGE otherwise. --help and --version are answered, and end the process. */
+/* Defaults first, then what argv says, which fits together; *first is the index of the first scene, of which there is
+ * one at least. STATUS_USAGE otherwise. --help and --version are answered, and end the process. */
 enum status render_arguments_read(struct render_arguments *arguments, int argc, char **argv, int *first,
                                   struct error *error);
 

@@ -62,18 +62,7 @@ static enum status open_log(const struct render_arguments *a, char **scenes, siz
     return status == STATUS_OK ? log_open(a->log, a->log_json, error) : status;
 }
 
-static enum status open_jobs(const struct render_arguments *a, char **scenes, size_t count, struct render_job *jobs,
-                             struct error *error)
-{
-    enum status status = a->output && count > 1 ? outputs_make_folder(a->output, error) : STATUS_OK;
-    char **paths = choose_paths(a, scenes, count);
-    for (size_t i = 0; i < count && status == STATUS_OK; i++)
-        status = render_job_init(&jobs[i], scenes[i], paths[i], &a->choices, error);
-    free_paths(paths, count);
-    return status;
-}
-
-/* --- rendering -------------------------------------------------------------------------------------------- */
+/* --- what is said ----------------------------------------------------------------------------------------- */
 
 /* "12.3 M" and the like. */
 static void format_count(char text[16], double count)
@@ -146,26 +135,103 @@ static struct progress *make_progress(const struct render_arguments *a)
     return progress_create(progress_mode_auto(stderr), stderr);
 }
 
-/* How a render ended that was interrupted. */
-struct ending {
-    int signal;     /* its number; 0: none did */
-    bool can_go_on; /* there is something to go on from */
+/* --- rendering -------------------------------------------------------------------------------------------- */
+
+/* All that a command has open, and how it ended. */
+struct rendering {
+    struct render_arguments *arguments;
+    char **scenes;
+    size_t count;
+    struct coordinator_keys keys;
+    struct http_server *http; /* NULL where nobody asked for it */
+    struct farm *farm;
+    struct render_job *jobs; /* [count] */
+    struct part_file report; /* closed where nobody asked for it */
+    int signal;              /* that interrupted it; 0: none did */
+    bool can_go_on;          /* and there is something to go on from */
 };
 
-/* Renders what is open, and reports it however it ended, unless `report` is closed. */
-static enum status run(struct render_arguments *a, struct farm *farm, struct http_server *http, struct render_job *jobs,
-                       size_t count, struct part_file *report, struct ending *ending, struct error *error)
+static enum status open_http(struct rendering *r, struct error *error)
 {
-    struct progress *progress = make_progress(a);
-    struct error report_error;
-    farm_set_progress(farm, progress);
-    farm_set_http(farm, http);
-    for (size_t i = 0; i < count; i++)
-        farm_add_job(farm, &jobs[i]);
-    enum status status = farm_run(farm, say_done, a, &ending->signal, error);
+    const struct render_arguments *a = r->arguments;
+    struct http_token token;
+    if (a->http.size == 0)
+        return STATUS_OK;
+    enum status status = a->http_token ? http_token_read(a->http_token, &token, error) : STATUS_OK;
+    if (status != STATUS_OK)
+        return status;
+    r->http = http_create(&a->http, a->http_token ? &token : NULL, error);
+    return r->http ? STATUS_OK : STATUS_FAILED;
+}
+
+static enum status open_farm(struct rendering *r, struct error *error)
+{
+    const struct render_arguments *a = r->arguments;
+    const struct farm_config config = {
+        .listen = a->listen[0] ? a->listen : NULL,
+        .keys = a->keys ? &r->keys : NULL,
+        .local_workers = (int)a->workers,
+        .local_threads = (int)a->threads,
+        .local_kernel = a->kernel,
+        .log = a->log,
+        .log_json = a->log_json,
+        .band_rows = (uint32_t)a->band,
+        .audit_percent = a->audit_percent,
+    };
+    enum status status = STATUS_OK;
+    r->farm = farm_create(&config, &status, error);
+    return status;
+}
+
+static enum status open_jobs(struct rendering *r, struct error *error)
+{
+    const struct render_arguments *a = r->arguments;
+    struct render_choices choices = a->choices;
+    choices.preview_bytes = r->http ? PREVIEWS_BYTES_MAX / r->count : 0;
+    enum status status = a->output && r->count > 1 ? outputs_make_folder(a->output, error) : STATUS_OK;
+    char **paths = choose_paths(a, r->scenes, r->count);
+    for (size_t i = 0; i < r->count && status == STATUS_OK; i++)
+        status = render_job_init(&r->jobs[i], r->scenes[i], paths[i], &choices, error);
+    free_paths(paths, r->count);
+    if (status == STATUS_OK && r->http)
+        http_show_jobs(r->http, r->jobs, r->count);
+    return status;
+}
+
+/* What fails leaves the rest closed; close_all follows in any case. */
+static enum status open_all(struct rendering *r, struct error *error)
+{
+    const struct render_arguments *a = r->arguments;
+    enum status status = a->keys ? coordinator_keys_read(&r->keys, a->keys, error) : STATUS_OK;
+    if (status == STATUS_OK)
+        status = open_http(r, error);
+    if (status == STATUS_OK)
+        status = open_farm(r, error);
+    if (status == STATUS_OK)
+        status = open_jobs(r, error);
+    if (status == STATUS_OK && a->report)
+        status = part_file_open(&r->report, a->report, error);
+    return status;
+}
+
+static enum status run_farm(struct rendering *r, struct error *error)
+{
+    struct progress *progress = make_progress(r->arguments);
+    farm_set_progress(r->farm, progress);
+    farm_set_http(r->farm, r->http);
+    for (size_t i = 0; i < r->count; i++)
+        farm_add_job(r->farm, &r->jobs[i]);
+    enum status status = farm_run(r->farm, say_done, r->arguments, &r->signal, error);
     progress_destroy(&progress);
-    struct snapshot last = farm_snapshot(farm);
-    if (report->fd < 0 || report_publish(report, &last, jobs, &report_error) == STATUS_OK)
+    return status;
+}
+
+/* However the render ended. What it ended with counts before what the report fails with. */
+static enum status write_report(struct rendering *r, enum status status, struct error *error)
+{
+    const struct snapshot last = farm_snapshot(r->farm);
+    struct error report_error;
+    if (r->report.fd < 0 || report_publish(&r->report, &last, r->jobs, &report_error) == STATUS_OK)
         return status;
     if (status == STATUS_OK) {
         *error = report_error;
@@ -175,71 +241,30 @@ static enum status run(struct render_arguments *a, struct farm *farm, struct htt
     return status;
 }
 
-/* *http stays NULL where nobody asked for it. */
-static enum status open_http(const struct render_arguments *a, struct http_server **http, struct error *error)
+static void close_all(struct rendering *r)
 {
-    struct http_token token;
-    if (a->http.size == 0)
-        return STATUS_OK;
-    enum status status = a->http_token ? http_token_read(a->http_token, &token, error) : STATUS_OK;
-    if (status != STATUS_OK)
-        return status;
-    *http = http_create(&a->http, a->http_token ? &token : NULL, error);
-    return *http ? STATUS_OK : STATUS_FAILED;
+    part_file_discard(&r->report);
+    farm_destroy(&r->farm);
+    if (r->http && !r->signal)
+        http_linger(r->http);
+    http_destroy(&r->http);
+    for (size_t i = 0; i < r->count; i++) {
+        const struct render_job *job = &r->jobs[i];
+        r->can_go_on |= !r->arguments->choices.no_resume && job->state != JOB_DONE && render_job_has_begun(job);
+        render_job_finish(&r->jobs[i]);
+    }
+    free(r->jobs);
+    coordinator_keys_finish(&r->keys);
 }
 
-static enum status render(struct render_arguments *a, struct coordinator_keys *keys, char **scenes, size_t count,
-                          struct ending *ending, struct error *error)
+static enum status render(struct rendering *r, struct error *error)
 {
-    struct farm_config config = {
-        .listen = a->listen[0] ? a->listen : NULL,
-        .keys = keys,
-        .local_workers = (int)a->workers,
-        .local_threads = (int)a->threads,
-        .local_kernel = a->kernel,
-        .log = a->log,
-        .log_json = a->log_json,
-        .band_rows = (uint32_t)a->band,
-        .audit_percent = a->audit_percent,
-    };
-    struct http_server *http = NULL;
-    enum status status = open_http(a, &http, error);
-    struct farm *farm = status == STATUS_OK ? farm_create(&config, &status, error) : NULL;
-    if (!farm) {
-        http_destroy(&http);
-        return status;
-    }
-    struct render_job *jobs = memory_array(count, sizeof *jobs);
-    struct part_file report = {.folder_fd = -1, .fd = -1};
-    a->choices.preview_bytes = http ? PREVIEWS_BYTES_MAX / count : 0;
-    status = open_jobs(a, scenes, count, jobs, error);
-    if (status == STATUS_OK && http)
-        http_show_jobs(http, jobs, count);
-    if (status == STATUS_OK && a->report)
-        status = part_file_open(&report, a->report, error);
+    r->jobs = memory_array(r->count, sizeof *r->jobs);
+    r->report = (struct part_file){.folder_fd = -1, .fd = -1};
+    enum status status = open_all(r, error);
     if (status == STATUS_OK)
-        status = run(a, farm, http, jobs, count, &report, ending, error);
-    part_file_discard(&report);
-    farm_destroy(&farm);
-    if (http && !ending->signal)
-        http_linger(http);
-    http_destroy(&http);
-    for (size_t i = 0; i < count; i++) {
-        ending->can_go_on |= !a->choices.no_resume && jobs[i].state != JOB_DONE && render_job_has_begun(&jobs[i]);
-        render_job_finish(&jobs[i]);
-    }
-    free(jobs);
-    return status;
-}
-
-static enum status render_with_keys(struct render_arguments *a, char **scenes, size_t count,
-                                    struct ending *ending, struct error *error)
-{
-    struct coordinator_keys keys;
-    enum status status = coordinator_keys_read(&keys, a->keys, error);
-    if (status == STATUS_OK)
-        status = render(a, &keys, scenes, count, ending, error);
-    coordinator_keys_finish(&keys);
+        status = write_report(r, run_farm(r, error), error);
+    close_all(r);
     return status;
 }
 
@@ -247,23 +272,20 @@ int command_render(int argc, char **argv)
 {
     struct render_arguments a;
     struct error error;
-    struct ending ending = {0};
     int first = 0;
     enum status status = render_arguments_read(&a, argc, argv, &first, &error);
+    struct rendering r = {.arguments = &a, .scenes = argv + first, .count = (size_t)(argc - first)};
     signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the write that met the limit */
     if (status == STATUS_OK)
-        status = open_log(&a, argv + first, (size_t)(argc - first), &error);
+        status = open_log(&a, r.scenes, r.count, &error);
     if (status == STATUS_OK) {
         log_start("weft", a.quiet ? LOG_WARNING : a.verbose ? LOG_DEBUG : LOG_INFO);
-        char **scenes = argv + first;
-        size_t count = (size_t)(argc - first);
-        status = a.keys ? render_with_keys(&a, scenes, count, &ending, &error)
-                        : render(&a, NULL, scenes, count, &ending, &error);
+        status = render(&r, &error);
     }
-    if (ending.signal) {
-        log_error(ending.can_go_on ? "interrupted; the same command will go on from here"
-                                   : "interrupted; nothing was written of the unfinished picture");
-        return 128 + ending.signal;
+    if (r.signal) {
+        log_error(r.can_go_on ? "interrupted; the same command will go on from here"
+                              : "interrupted; nothing was written of the unfinished picture");
+        return 128 + r.signal;
     }
     if (status != STATUS_OK)
         log_error("%s", error.text);

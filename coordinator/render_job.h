@@ -37,7 +37,7 @@ struct band_account {
     uint32_t worker;  /* its number; 0: an earlier run's */
     int64_t lease_ms; /* how long it held the band */
     uint64_t offset;  /* of its bytes in the journal */
-    uint32_t confirmed_by; /* the worker that returned the same bytes, or was believed when they were doubted; 0: none */
+    uint32_t confirmed_by; /* the worker that returned the same bytes, or was believed when in doubt; 0: none */
     struct row_figures figures; /* of a render's */
 };
 
@@ -49,7 +49,7 @@ struct render_job {
     char source[DIGEST_HEX_BYTES + 8]; /* "sha256:" and the digest of all that the scene reaches, as the PNG says it */
     struct job_settings settings;
     double error;                   /* RMSE to be met; 0: the sampling is fixed */
-    struct survey survey;           /* where an error is to be met, or one sample to be judged: the sum of what has come */
+    struct survey survey;           /* where an error is to be met, or one sample judged: the sum of what has come */
     struct sampling surveying;      /* the sampling of the survey; most == 0: there is none */
     struct sampling asked;          /* the render's, as far as it is known before the survey */
     struct sampling sampling;       /* the same, once all is surveyed */
@@ -105,12 +105,12 @@ enum status render_job_compare(const struct render_job *job, enum render_pass pa
 /* A band that was accepted is right, as far as that worker is. */
 void render_job_confirm(struct render_job *job, enum render_pass pass, uint32_t first_row, uint32_t worker);
 
-/* Whether any row, of the survey or the render, has only liars to vouch for it: lied[i] says whether worker i is one (0:
- * who rendered what was kept). *liar is then whose it is. */
+/* Whether any row, of the survey or the render, has only liars to vouch for it: lied[i] says whether worker i is one
+ * (0: who rendered what was kept). *liar is then whose it is. */
 bool render_job_relies_on(const struct render_job *job, const bool *lied, uint32_t *liar);
 
-/* Notes in the journal, all at once, that bands of the render which are that worker's count no more; render_job_undo is to
- * follow for each, or render_job_restart. STATUS_OUTPUT if that cannot be noted: then the journal is empty. */
+/* Notes in the journal, all at once, that bands of the render which are that worker's count no more; render_job_undo is
+ * to follow for each, or render_job_restart. STATUS_OUTPUT if that cannot be noted: then the journal is empty. */
 enum status render_job_disown(struct render_job *job, uint32_t worker, struct error *error);
 
 /* Takes back the band of the render that begins there, as if it had not come. STATUS_OUTPUT as of assembly_drop. After
@@ -142,7 +142,7 @@ double render_job_samples(const struct render_job *job);
  * errors beyond what rows.h can count. */
 double render_job_rmse(const struct render_job *job);
 
-/* The same of rows alone, whose figures are given; NAN too of one sample a pixel by choice, unless they are all rows. */
+/* The same of rows alone, whose figures are given; NAN too of one sample a pixel by choice, unless they are all. */
 double render_job_rows_rmse(const struct render_job *job, uint32_t rows, const struct row_figures *figures);
 
 /* The asset (or manifest) of that digest, borrowed; NULL if the job has none. */

@@ -8,7 +8,7 @@
 #include "base/json_text.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "coordinator/progress_views.h"
+#include "coordinator/snapshot_json.h"
 #include "image/compare.h"
 #include "scene/model.h"
 
@@ -136,12 +136,10 @@ static void put_bands(struct bytes *text, const struct render_job *job)
 
 static void put_worker(struct bytes *text, const struct worker_snapshot *worker)
 {
-    text_put(text, "{\"number\":%" PRIu32 ",", worker->number);
-    json_text_string(text, "host", worker->host);
-    text_put(text, ",\"pid\":%" PRIu32 ",\"threads\":%" PRIu32 ",", worker->pid, worker->threads);
-    json_text_string(text, "kernel", worker->kernel);
-    text_put(text, ",\"state\":\"%s\",\"bands\":%" PRIu32 ",\"rows\":%" PRIu64 ",\"rays\":%" PRIu64 "}",
-             worker_state_name(worker->state), worker->bands_done, worker->rows_done, worker->rays);
+    text_put(text, "{");
+    snapshot_write_worker(text, worker);
+    text_put(text, "\"bands\":%" PRIu32 ",\"rows\":%" PRIu64 ",\"rays\":%" PRIu64 "}", worker->bands_done,
+             worker->rows_done, worker->rays);
 }
 
 /* --- all of it -------------------------------------------------------------------------------------------- */

@@ -30,7 +30,7 @@ static bool has_rendered(const struct band *audit, uint32_t worker)
     return has;
 }
 
-/* Two workers of one machine may lie alike. Trusted ones may not, but their machine may fail them: others come first. */
+/* Two workers of one machine may lie alike. Trusted ones may not, but their machine may fail: others come first. */
 static bool is_too_near(const struct scheduler *s, const struct band *audit, const struct worker *w)
 {
     bool same = w->machine > 0 && w->machine == audit->machine;
@@ -63,8 +63,8 @@ struct band *scheduler_next_reserved(const struct scheduler *s, const struct job
 
 /* --- asking for a trusted worker -------------------------------------------------------------------------- */
 
-/* All that the worker holds is overdue, so that it may live and yet never answer. What a trusted one says of its progress
- * is true, and one more would not be faster. */
+/* All that the worker holds is overdue, so that it may live and yet never answer. What a trusted one says of its
+ * progress is true, and one more would not be faster. */
 static bool is_doubtful(const struct scheduler *s, const struct worker *w)
 {
     enum { STANDSTILL_MS = 10000 };
@@ -78,7 +78,7 @@ static bool is_doubtful(const struct scheduler *s, const struct worker *w)
     return w->lease_count > 0;
 }
 
-/* It has loaded the job, or is likely to. One more trusted worker would not load it sooner than the one that is there. */
+/* It has loaded the job, or is likely to. One more trusted worker would not load it sooner than the one there is. */
 static bool knows(const struct scheduler *s, struct worker *w, const struct job *job)
 {
     enum { LOADING_MS = 10000 }; /* patience with one who was told of it and does not say that it is ready */

@@ -10,8 +10,8 @@
  *   scheduler_audits.c   bands that another renders to see whether the first lied, and liars
  *
  * There may be ten thousand workers and hundreds of jobs, and an event comes with every band of each. So few events (a
- * worker that comes or goes, a job, a pass that ends, a liar) look through all workers or a job's bands. For the others,
- * what is to be found is at the head of a list, or what the event names points to it.
+ * worker that comes or goes, a job, a pass that ends, a liar) look through all workers or a job's bands. For the
+ * others, what is to be found is at the head of a list, or what the event names points to it.
  */
 #ifndef WEFT_COORDINATOR_SCHEDULER_PRIVATE_H
 #define WEFT_COORDINATOR_SCHEDULER_PRIVATE_H

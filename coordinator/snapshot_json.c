@@ -40,14 +40,20 @@ static void put_job(struct bytes *text, const struct job_snapshot *job)
     text_put(text, "]}");
 }
 
-static void put_worker(struct bytes *text, const struct worker_snapshot *worker)
+void snapshot_write_worker(struct bytes *text, const struct worker_snapshot *worker)
 {
-    text_put(text, "{\"number\":%" PRIu32 ",", worker->number);
+    text_put(text, "\"number\":%" PRIu32 ",", worker->number);
     json_text_string(text, "host", worker->host);
     text_put(text, ",\"pid\":%" PRIu32 ",\"threads\":%" PRIu32 ",", worker->pid, worker->threads);
     json_text_string(text, "kernel", worker->kernel);
-    text_put(text, ",\"state\":\"%s\",\"bands_held\":%" PRIu32 ",\"bands_done\":%" PRIu32,
-             worker_state_name(worker->state), worker->bands_held, worker->bands_done);
+    text_put(text, ",\"state\":\"%s\",", worker_state_name(worker->state));
+}
+
+static void put_worker(struct bytes *text, const struct worker_snapshot *worker)
+{
+    text_put(text, "{");
+    snapshot_write_worker(text, worker);
+    text_put(text, "\"bands_held\":%" PRIu32 ",\"bands_done\":%" PRIu32, worker->bands_held, worker->bands_done);
     text_put(text, ",\"rows_done\":%" PRIu64 ",\"rays\":%" PRIu64 ",", worker->rows_done, worker->rays);
     json_text_number(text, "rays_per_second", worker->rays_per_second, 3);
     if (worker->trouble == TROUBLE_NONE)

@@ -6,6 +6,7 @@
 #include <cjson/cJSON.h>
 
 #include "base/memory.h"
+#include "coordinator/snapshot_copy.h"
 #include "coordinator/snapshot_json.h"
 #include "scene/json_syntax.h"
 #include "wire/message.h"
@@ -16,6 +17,15 @@ struct reader {
     struct error *error;
     const char *list; /* what is being read: its list, */
     size_t index;     /* and the place in it; "" for the whole */
+};
+
+/* What is read, with all that it points to, until it is copied into one piece. */
+struct reading {
+    struct snapshot snapshot;
+    cJSON *json; /* whose strings it has */
+    struct job_snapshot *jobs;
+    struct worker_snapshot *workers;
+    struct stretch_snapshot *stretches;
 };
 
 /* --- members ---------------------------------------------------------------------------------------------- */
@@ -202,56 +212,56 @@ static struct worker_snapshot read_worker(struct reader *r, const cJSON *object)
 
 /* --- the whole -------------------------------------------------------------------------------------------- */
 
-static void read_jobs(struct reader *r, const cJSON *list, struct snapshot_reading *copy)
+static void read_jobs(struct reader *r, const cJSON *list, struct reading *to)
 {
     const cJSON *item;
     size_t stretches = 0;
     cJSON_ArrayForEach(item, list)
         stretches += length_of(get(item, "bands"));
-    copy->jobs = memory_array(length_of(list), sizeof *copy->jobs);
-    copy->stretches = memory_array(stretches, sizeof *copy->stretches);
-    struct stretch_snapshot *next = copy->stretches;
+    to->jobs = memory_array(length_of(list), sizeof *to->jobs);
+    to->stretches = memory_array(stretches, sizeof *to->stretches);
+    struct stretch_snapshot *next = to->stretches;
     r->list = "jobs";
     r->index = 0;
     cJSON_ArrayForEach(item, list)
     {
-        struct job_snapshot *job = &copy->jobs[r->index];
+        struct job_snapshot *job = &to->jobs[r->index];
         *job = read_job(r, item);
         read_stretches(r, get_list(r, item, "bands"), job, next);
         next += job->stretch_count;
         r->index++;
     }
-    copy->snapshot.jobs = copy->jobs;
-    copy->snapshot.job_count = length_of(list);
+    to->snapshot.jobs = to->jobs;
+    to->snapshot.job_count = length_of(list);
 }
 
-static void read_workers(struct reader *r, const cJSON *list, struct snapshot_reading *copy)
+static void read_workers(struct reader *r, const cJSON *list, struct reading *to)
 {
     const cJSON *item;
-    copy->workers = memory_array(length_of(list), sizeof *copy->workers);
+    to->workers = memory_array(length_of(list), sizeof *to->workers);
     r->list = "workers";
     r->index = 0;
     cJSON_ArrayForEach(item, list)
     {
-        copy->workers[r->index] = read_worker(r, item);
+        to->workers[r->index] = read_worker(r, item);
         r->index++;
     }
-    copy->snapshot.workers = copy->workers;
-    copy->snapshot.worker_count = length_of(list);
+    to->snapshot.workers = to->workers;
+    to->snapshot.worker_count = length_of(list);
 }
 
-static void read_whole(struct reader *r, struct snapshot_reading *copy)
+static void read_whole(struct reader *r, struct reading *to)
 {
-    const cJSON *json = copy->json;
-    copy->snapshot = (struct snapshot){
+    const cJSON *json = to->json;
+    to->snapshot = (struct snapshot){
         .elapsed_seconds = get_real(r, json, "elapsed", SECONDS_MAX),
         .rays_per_second = get_real_or(r, json, "rays_per_second", RATE_MAX, NAN),
         .rays = get_count(r, json, "rays", COUNT_MAX),
         .refused = get_small(r, json, "refused", UINT32_MAX),
     };
-    read_jobs(r, get_list(r, json, "jobs"), copy);
+    read_jobs(r, get_list(r, json, "jobs"), to);
     r->list = "";
-    read_workers(r, get_list(r, json, "workers"), copy);
+    read_workers(r, get_list(r, json, "workers"), to);
 }
 
 /* A tree takes a hundred bytes and more for each value, of which short ones could be many. */
@@ -271,36 +281,35 @@ static bool is_dense(const char *text, size_t size)
     return values > size / BYTES_EACH + FEW;
 }
 
-static enum status parse(struct snapshot_reading *copy, const char *text, size_t size, struct error *error)
+static enum status parse(struct reading *to, const char *text, size_t size, struct error *error)
 {
     enum status status = json_syntax_check("the status", text, size, error);
     if (status != STATUS_OK)
         return status;
     if (is_dense(text, size))
         return error_set(error, STATUS_INPUT, "the status: expected a snapshot, found too many values");
-    copy->json = cJSON_ParseWithLength(text, size);
-    if (!copy->json)
+    to->json = cJSON_ParseWithLength(text, size);
+    if (!to->json)
         return error_set(error, STATUS_INPUT, "the status: expected JSON, found something else");
     return STATUS_OK;
 }
 
-enum status snapshot_read_json(struct snapshot_reading *copy, const char *text, size_t size, struct error *error)
+static void finish(struct reading *reading)
 {
-    struct reader r = {.error = error, .list = ""};
-    *copy = (struct snapshot_reading){0};
-    r.status = parse(copy, text, size, error);
-    if (r.status == STATUS_OK)
-        read_whole(&r, copy);
-    if (r.status != STATUS_OK)
-        snapshot_reading_finish(copy);
-    return r.status;
+    cJSON_Delete(reading->json);
+    free(reading->jobs);
+    free(reading->workers);
+    free(reading->stretches);
 }
 
-void snapshot_reading_finish(struct snapshot_reading *copy)
+struct snapshot *snapshot_read_json(const char *text, size_t size, struct error *error)
 {
-    cJSON_Delete(copy->json);
-    free(copy->jobs);
-    free(copy->workers);
-    free(copy->stretches);
-    *copy = (struct snapshot_reading){0};
+    struct reader r = {.error = error, .list = ""};
+    struct reading reading = {0};
+    r.status = parse(&reading, text, size, error);
+    if (r.status == STATUS_OK)
+        read_whole(&r, &reading);
+    struct snapshot *copy = r.status == STATUS_OK ? snapshot_copy(&reading.snapshot) : NULL;
+    finish(&reading);
+    return copy;
 }

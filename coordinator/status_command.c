@@ -47,8 +47,8 @@ struct viewer {
     struct inquiry inquiry;
     enum progress_mode mode;   /* of --watch */
     struct progress *progress; /* NULL without --watch */
-    struct snapshot_reading seen; /* last */
-    bool has_seen, ended;
+    struct snapshot *seen; /* last; NULL: none yet */
+    bool ended;
     int interrupted; /* by that signal; 0: it was not */
 };
 
@@ -180,11 +180,11 @@ static enum status print(const struct viewer *v, struct error *error)
 {
     struct bytes text = {0};
     if (v->arguments->json)
-        snapshot_write_json(&text, &v->seen.snapshot);
+        snapshot_write_json(&text, v->seen);
     else if (v->mode == PROGRESS_LINES)
-        progress_line(&text, &v->seen.snapshot);
+        progress_line(&text, v->seen);
     else
-        progress_block(&text, &v->seen.snapshot, columns(), SIZE_MAX);
+        progress_block(&text, v->seen, columns(), SIZE_MAX);
     enum status status = write_text(&text, error);
     bytes_finish(&text);
     return status;
@@ -217,10 +217,10 @@ static bool is_complete(const struct snapshot *snapshot)
 static enum status end_watching(struct viewer *v, int64_t now_ms, struct error *error)
 {
     enum status status = STATUS_OK;
-    progress_finish(v->progress, &v->seen.snapshot, now_ms);
+    progress_finish(v->progress, v->seen, now_ms);
     if (!v->arguments->json)
         status = print(v, error);
-    if (status == STATUS_OK && !is_complete(&v->seen.snapshot))
+    if (status == STATUS_OK && !is_complete(v->seen))
         status = error_set(error, STATUS_FAILED, "%s: the render ended before it was complete", v->endpoint);
     return status;
 }
@@ -231,7 +231,7 @@ static enum status show(struct viewer *v, bool first, int64_t now_ms, struct err
         return print(v, error);
     if (v->inquiry.last)
         return end_watching(v, now_ms, error);
-    progress_update(v->progress, &v->seen.snapshot, now_ms);
+    progress_update(v->progress, v->seen, now_ms);
     return first && v->mode == PROGRESS_LINES ? print(v, error) : STATUS_OK; /* its own first line is a later one */
 }
 
@@ -256,14 +256,13 @@ static void say_goodbye(struct viewer *v)
 
 static enum status take_answer(struct viewer *v, int64_t now_ms, struct error *error)
 {
-    struct snapshot_reading next;
     const struct bytes *text = &v->inquiry.text;
-    if (snapshot_read_json(&next, (const char *)text->data, text->size, error) != STATUS_OK)
+    struct snapshot *next = snapshot_read_json((const char *)text->data, text->size, error);
+    if (!next)
         return error_prefix(error, STATUS_FAILED, "%s: ", v->endpoint);
-    bool first = !v->has_seen;
-    snapshot_reading_finish(&v->seen);
+    bool first = !v->seen;
+    free(v->seen);
     v->seen = next;
-    v->has_seen = true;
     v->ended = !v->progress || v->inquiry.last;
     enum status status = show(v, first, now_ms, error);
     inquiry_go_on(&v->inquiry, now_ms);
@@ -297,7 +296,7 @@ static enum status check_patience(struct viewer *v, struct error *error)
     if (v->ended || !inquiry_is_late(&v->inquiry, clock_now_ms()))
         return STATUS_OK;
     v->ended = true;
-    if (v->has_seen && is_complete(&v->seen.snapshot)) /* and then it went, unheard */
+    if (v->seen && is_complete(v->seen)) /* and then it went, unheard */
         return end_watching(v, clock_now_ms(), error);
     if (v->inquiry.heard)
         return error_set(error, STATUS_FAILED, "%s: lost the coordinator: no word for %lld s", v->endpoint, seconds);
@@ -351,7 +350,7 @@ static enum status run(struct viewer *v, const char *endpoint, struct error *err
         status = converse(v, error);
     progress_destroy(&v->progress);
     inquiry_finish(&v->inquiry);
-    snapshot_reading_finish(&v->seen);
+    free(v->seen);
     wire_client_destroy(&v->client);
     wire_stop();
     close(v->signals);

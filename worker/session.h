@@ -25,7 +25,7 @@ struct session_config {
     int64_t wait_ms;  /* how long to seek before giving up; negative: for ever */
 };
 
-enum { SESSION_BEAT_MS = 1000, SESSION_SILENCE_MS = 5000, SESSION_HELLO_MS = 250, SESSION_SAY_MS = 15000 };
+enum { SESSION_BEAT_MS = 1000, SESSION_SILENCE_MS = 5000 };
 
 enum session_event_kind {
     SESSION_TICK,        /* only the time */

@@ -1,8 +1,9 @@
 /*
  * The elementary functions that shading calls for every ray, in a form that a compiler can make vector code of: a loop
  * over many arguments that calls one of them has neither branches nor tables nor calls. Only +, −, ×, ÷, selections and
- * operations on the bits of doubles, all of which even SSE2 has for vectors (it has no 64-bit multiplication, arithmetic
- * shift, comparison or conversion between integers and doubles). Part of elementary.h, whose contract holds here too.
+ * operations on the bits of doubles, all of which even SSE2 has for vectors (it has no 64-bit multiplication,
+ * arithmetic shift, comparison or conversion between integers and doubles). Part of elementary.h, whose contract holds
+ * here too.
  *
  * Where a series is said to be fitted, Remez's exchange algorithm chose the coefficients such that the function's
  * largest relative error on the interval is least; it is given as it is after rounding them.

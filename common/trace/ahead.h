@@ -43,8 +43,8 @@ static inline bool is_distant(struct vec3 point, double extent)
     return extent > 0 && vec3_max_abs(point) > DISTANT * extent;
 }
 
-/* How far along its way a ray is taken before it is intersected: 0 unless it is distant. What it hits is still told by t
- * from its own origin. If it is distant then, too, it meets nothing of the tree. */
+/* How far along its way a ray is taken before it is intersected: 0 unless it is distant. What it hits is still told by
+ * t from its own origin. If it is distant then, too, it meets nothing of the tree. */
 static inline double ray_shift(struct vec3 origin, struct vec3 direction, double extent)
 {
     double shift = -vec3_dot(origin, direction) - 2 * extent;

@@ -23,8 +23,8 @@ static uint32_t pixel_at(const struct pixel_grid *grid, uint32_t x, uint32_t y)
 
 enum { LIST_ROWS = 4 };
 
-/* Lists the area's pixels, which are the grid's too, by LIST_ROWS rows at a time and down each column of these: so rays in
- * a row stay near one another in both directions. Returns how many. */
+/* Lists the area's pixels, which are the grid's too, by LIST_ROWS rows at a time and down each column of these: so rays
+ * in a row stay near one another in both directions. Returns how many. */
 static size_t list_area(const struct pixel_grid *grid, const struct pixel_area *area, uint32_t *list)
 {
     size_t count = 0;
@@ -81,8 +81,8 @@ static void find_range(const struct pixel_grid *grid, const float *low, const fl
 
 static_assert(SAMPLING_REACH == 2, "what is near lies within 3×3 pixels, what is wide within 5×5");
 
-/* bound[c] is the least root of channel c, bound[3 + c] the least of the negative roots: of the pixel's first sample, after
- * one spreading of the 3×3 around it, after two of the 5×5. */
+/* bound[c] is the least root of channel c, bound[3 + c] the least of the negative roots: of the pixel's first sample,
+ * after one spreading of the 3×3 around it, after two of the 5×5. */
 static void find_ranges(struct tracer *tracer, const struct pixel_grid *grid)
 {
     float *bound[6];
@@ -257,8 +257,8 @@ static void take_reference(struct tracer *tracer, int which, struct pixel_histor
         histories[i].reference[which] = mean_of(&tracer->work[histories[i].pixel]);
 }
 
-/* Of an area's pixels that look even only one in so many is followed, and stands for those up to the next. (With blocks of
- * 4×4 pixels, 6 gives three of them, in different rows and columns.) */
+/* Of an area's pixels that look even only one in so many is followed, and stands for those up to the next. (With blocks
+ * of 4×4 pixels, 6 gives three of them, in different rows and columns.) */
 enum { EVEN_SHARE = 6 };
 
 /* Begins the histories of pixels list[count], one area's. Returns how many there are. */

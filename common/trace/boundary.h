@@ -30,8 +30,8 @@ struct boundary_batch {
 
 void boundary_batch_finish(struct boundary_batch *batch);
 
-/* A refracted path may meet other surfaces that coincide with its start (t_min below 0), but not again the walls that it
- * has crossed there: such hits, up to −t_min, give way to what the path meets behind. */
+/* A refracted path may meet other surfaces that coincide with its start (t_min below 0), but not again the walls that
+ * it has crossed there: such hits, up to −t_min, give way to what the path meets behind. */
 void boundary_batch_pass_start(struct boundary_batch *batch, const struct plan *plan, const struct kernel *kernel,
                                const struct medium_pool *media, const struct path_batch *paths,
                                struct hit_batch *hits);

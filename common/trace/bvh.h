@@ -3,9 +3,9 @@
  *
  * Boxes are floats, relative to the camera, and grown by GROWTH of the tree's extent: more than their rounding to
  * float, and so much that no rounding in a primitive's own test can put a hit outside its box; rays from far off are
- * brought near before (ray_shift), and those that graze triangles are kept to them (triangle_grazed_roots), whose pieces
- * may be in several boxes. What a ray hits therefore does not depend on the tree. Planes, and a few primitives that dwarf
- * the rest, stay outside it: a giant would stretch the extent, and so every box.
+ * brought near before (ray_shift), and those that graze triangles are kept to them (triangle_grazed_roots), whose
+ * pieces may be in several boxes. What a ray hits therefore does not depend on the tree. Planes, and a few primitives
+ * that dwarf the rest, stay outside it: a giant would stretch the extent, and so every box.
  */
 #ifndef WEFT_TRACE_BVH_H
 #define WEFT_TRACE_BVH_H
@@ -38,7 +38,7 @@ struct bvh {
     size_t node_count;
     uint32_t *loose; /* primitives outside the tree, rising */
     size_t loose_count;
-    bool repeats;  /* some triangles are in several leaves, each of which bounds a piece: they may be met more than once */
+    bool repeats;  /* some triangles are in several leaves, each of which bounds a piece: may be met more than once */
     double extent; /* the farthest coordinate of all boxes */
 };
 

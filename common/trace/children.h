@@ -1,6 +1,6 @@
 /*
- * Where paths go on from the surfaces of a generation: lists of what mirrors and of what lets light through, from which a
- * kernel makes the next generation's paths.
+ * Where paths go on from the surfaces of a generation: lists of what mirrors and of what lets light through, from which
+ * a kernel makes the next generation's paths.
  */
 #ifndef WEFT_TRACE_CHILDREN_H
 #define WEFT_TRACE_CHILDREN_H

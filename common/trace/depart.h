@@ -35,8 +35,8 @@ static inline struct mirroring depart_mirrored(struct vec3 incoming, struct vec3
     return (struct mirroring){vec3_choose(out, smooth, flat), vec3_choose(out, shading_normal, facing)};
 }
 
-/* A refraction, and the normal that it is about: the shading normal, or the geometric one where that would leave the ray
- * on its side. Both normals are on the side that `incoming` comes from. */
+/* A refraction, and the normal that it is about: the shading normal, or the geometric one where that would leave the
+ * ray on its side. Both normals are on the side that `incoming` comes from. */
 struct bending {
     struct refraction refraction;
     struct vec3 normal;

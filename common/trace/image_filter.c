@@ -106,9 +106,9 @@ static inline struct vec3 bilinear(const struct plan_image *image, uint32_t leve
 }
 
 /* A look as wide as a box of b texels. The image is what interpolating between texels makes of it, which spreads their
- * weights by a variance of 1/6, and the box spreads them by b²/12 more. A level's texels are means of w × w of the image's,
- * and interpolating between those spreads weights by (w² − 1)/12 + w²/6: so w² is 1 + b²/3, between two levels by the share
- * that gives the same variance. */
+ * weights by a variance of 1/6, and the box spreads them by b²/12 more. A level's texels are means of w × w of the
+ * image's, and interpolating between those spreads weights by (w² − 1)/12 + w²/6: so w² is 1 + b²/3, between two levels
+ * by the share that gives the same variance. */
 static struct vec3 trilinear(const struct plan_image *image, double b, double u, double v, struct image_edges edges)
 {
     int exponent;
@@ -122,8 +122,9 @@ static struct vec3 trilinear(const struct plan_image *image, double b, double u,
 
 #define NARROW 0.7 /* texels: hardly wider than a point */
 
-/* Several looks along the footprint's longer edge, each as wide as the shorter one or wider. n looks of variance t²/12, d
- * apart, spread weights by t²/12 + d² (n² − 1)/12 in all: for a box that is `longer` wide, d² is (longer² − t²)/(n² − 1). */
+/* Several looks along the footprint's longer edge, each as wide as the shorter one or wider. n looks of variance t²/12,
+ * d apart, spread weights by t²/12 + d² (n² − 1)/12 in all: for a box that is `longer` wide, d² is
+ * (longer² − t²)/(n² − 1). */
 struct vec3 image_filter(const struct plan_image *image, const struct image_point *at, struct image_edges edges)
 {
     enum { TAPS_MAX = 8 };

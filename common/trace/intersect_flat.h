@@ -38,8 +38,8 @@ static inline struct roots box_roots(const struct box *box, struct vec3 origin, 
     return interval_ends(inside);
 }
 
-/* Where a ray meets the slab that bounds it last on its way to the nearer (SIDE_ENTER) or farther side of a box, counted
- * so that the largest is the one that it meets there; and which of the two faces that is: 0 or 1. */
+/* Where a ray meets the slab that bounds it last on its way to the nearer (SIDE_ENTER) or farther side of a box,
+ * counted so that the largest is the one that it meets there; and which of the two faces that is: 0 or 1. */
 struct box_wall {
     double rank, face;
 };
@@ -125,8 +125,8 @@ static inline struct roots triangle_roots_at(const struct triangle *triangle, st
 }
 
 /* t comes from the triangle's plane: weights of a needle's corners are far less exact than its plane, and flat faces in
- * one plane get equal t. Rounding puts it off by about 16 u (|origin| + |corner|) / |normal · direction|, u = 2^-53. Where
- * that sine is below GRAZED, t is kept to where the ray is within the triangle. */
+ * one plane get equal t. Rounding puts it off by about 16 u (|origin| + |corner|) / |normal · direction|, u = 2^-53.
+ * Where that sine is below GRAZED, t is kept to where the ray is within the triangle. */
 #define GRAZED 0x1p-12
 
 static inline bool triangle_is_grazed(const struct triangle *triangle, struct vec3 direction)
@@ -178,8 +178,8 @@ static inline struct interval triangle_stay(const struct triangle *triangle, str
  * ones or of where the ray begins and ends, and from every leaf that has the triangle it is the same hit. For the signs
  * of the areas are exact for corners that are moved by a few u (|origin| + |corner|). There the stay holds the place
  * where the ray meets the plane, and at each of its depths the triangle has a point beside the ray along one axis. How
- * far beside is told by the ray's distance from the plane, at most 3 times that, as the normal is across the ray: a few u
- * at the plane's t, and less at an end of the stay that lies between that and the place. */
+ * far beside is told by the ray's distance from the plane, at most 3 times that, as the normal is across the ray: a few
+ * u at the plane's t, and less at an end of the stay that lies between that and the place. */
 static inline struct roots triangle_grazed_roots(const struct triangle *triangle, struct vec3 origin,
                                                  struct vec3 direction, const struct shear *shear)
 {

@@ -32,8 +32,8 @@ void crossing_list_push(struct crossing_list *list, const struct crossing *cross
 /* How many crossings from items[start] on are of that ray. */
 size_t crossing_list_run(const struct crossing_list *list, size_t start, uint32_t ray);
 
-/* Camera rays, `count` of them, as arrays of that length: in, the pixel and the sample's digits (see sample.h); out, the
- * place in the image, in pixels. */
+/* Camera rays, `count` of them, as arrays of that length: in, the pixel and the sample's digits (see sample.h); out,
+ * the place in the image, in pixels. */
 struct camera_rays {
     size_t count;
     uint32_t samples; /* a pixel */

@@ -52,9 +52,9 @@ static inline struct light_arrival light_from_point(const struct plan_light *lig
     return light_fallen_off(light, light_way(light, position), 1);
 }
 
-/* 0 outside the outer cone, 1 inside the inner one, smooth between. s says how far inside; where both cones are the same,
- * it is ±∞ or, right on them, NaN, which counts as inside. Choices by s, because by the cosine gcc 12 moves the division
- * into a branch and does not vectorise. */
+/* 0 outside the outer cone, 1 inside the inner one, smooth between. s says how far inside; where both cones are the
+ * same, it is ±∞ or, right on them, NaN, which counts as inside. Choices by s, because by the cosine gcc 12 moves the
+ * division into a branch and does not vectorise. */
 static inline double light_spot_share(const struct plan_light *light, struct vec3 to_light)
 {
     double cosine = -vec3_dot(to_light, light->direction);

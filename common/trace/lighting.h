@@ -10,8 +10,8 @@
 
 struct crossing_list;
 
-/* What one light adds to each surface: shadow rays that start on the surface, and the radiance that leaves it towards its
- * path if nothing stands between. Arrays as in ray_batch; all zero is empty. */
+/* What one light adds to each surface: shadow rays that start on the surface, and the radiance that leaves it towards
+ * its path if nothing stands between. Arrays as in ray_batch; all zero is empty. */
 struct lighting {
     size_t capacity;
     double *direction[3], *t_min, *t_max, *radiance[3];
@@ -39,10 +39,11 @@ void shadow_batch_finish(struct shadow_batch *batch);
 /* Lists the lit surfaces, and makes room for their rays. */
 void shadow_batch_collect(struct shadow_batch *batch, const struct lighting *lighting, size_t surface_count);
 
-/* Takes from the lighting's radiance what shadows take, as a kernel found it. A shadow ray goes straight on: each surface
- * that it passes takes its share (transparency × filter, or for a dielectric Fresnel's transmitted share × filter, at the
- * angle the line has to the surface), and each absorbing solid exp(−absorption × length inside). Factors are multiplied in the order of (t, id, side), so that neither the order of
- * the scene file nor the kernel's way of searching can change a bit. */
+/* Takes from the lighting's radiance what shadows take, as a kernel found it. A shadow ray goes straight on: each
+ * surface that it passes takes its share (transparency × filter, or for a dielectric Fresnel's transmitted share ×
+ * filter, at the angle the line has to the surface), and each absorbing solid exp(−absorption × length inside). Factors
+ * are multiplied in the order of (t, id, side), so that neither the order of the scene file nor the kernel's way of
+ * searching can change a bit. */
 void shadow_batch_dim(struct shadow_batch *batch, const struct plan *plan, const struct medium_pool *media,
                       const struct path_batch *paths, const struct surfaces *surfaces,
                       const struct crossing_list *crossings, const struct lighting *lighting);

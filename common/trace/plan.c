@@ -198,9 +198,10 @@ static void find_camera_media(struct plan *plan)
  * copied, as rays find their way among copies up to a third faster (measured). */
 enum { SHARED_TRIANGLES_MIN = 1 << 19 };
 
-/* For fewer, a scan costs about as much as a walk through a tree. (Measured with AVX-512 and each kind of shape: with 4 of
- * them the tree takes 0.3 to 0.8 of the scan's time for coherent rays, 0.6 to 1.1 for shadow rays, 1 to 1.6 for random
- * ones; with 8, 0.2 to 0.6, 0.5 to 1 and 0.7 to 1.1. Whole scenes of 5 to 7 objects take 10 % less to 15 % more.) */
+/* For fewer, a scan costs about as much as a walk through a tree. (Measured with AVX-512 and each kind of shape: with 4
+ * of them the tree takes 0.3 to 0.8 of the scan's time for coherent rays, 0.6 to 1.1 for shadow rays, 1 to 1.6 for
+ * random ones; with 8, 0.2 to 0.6, 0.5 to 1 and 0.7 to 1.1. Whole scenes of 5 to 7 objects take 10 % less to 15 %
+ * more.) */
 enum { TREE_PRIMITIVES_MIN = 8 };
 
 static void build_tree(struct plan *plan, int threads)

@@ -62,8 +62,8 @@ static size_t find_targets(const struct plan *plan, struct target *targets)
 
 /* --- spots ------------------------------------------------------------------------------------------------ */
 
-/* Around the box is a ball. With its middle at an angle β from the cone's axis, and its edge at γ from there, no point of
- * it is nearer to the axis than β − γ. */
+/* Around the box is a ball. With its middle at an angle β from the cone's axis, and its edge at γ from there, no point
+ * of it is nearer to the axis than β − γ. */
 static bool cone_misses_ball(const struct plan_light *light, const struct bounds *box)
 {
     struct vec3 center = vec3_mix(box->low, box->high, 0.5), way = vec3_sub(center, light->position);

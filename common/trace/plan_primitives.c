@@ -93,8 +93,9 @@ static double power_of_eye(const struct placement *at, struct vec3 center, doubl
     return sum.high + sum.low;
 }
 
-/* A sphere's roots are good to 2^-53 of its radius, points on a surface to about 8 DBL_EPSILON = 2^-49 of their distance.
- * So where the surface is nearer to the eye than this share of the radius, it is the radius that would spoil them. */
+/* A sphere's roots are good to 2^-53 of its radius, points on a surface to about 8 DBL_EPSILON = 2^-49 of their
+ * distance. So where the surface is nearer to the eye than this share of the radius, it is the radius that would spoil
+ * them. */
 static const double globe_share = 0x1p-4;
 
 static void add_round_sphere(struct plan *plan, uint32_t object, struct vec3 local, double radius,

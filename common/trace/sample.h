@@ -1,11 +1,11 @@
 /*
  * Where a pixel's samples lie: the first two dimensions of Sobol's sequence (a (0,2)-sequence), Owen-scrambled with
- * seeds hashed from the pixel, and spread as its filter is. A function of pixel, index, count and filter alone. The only
- * sample of a pixel with one is its centre.
+ * seeds hashed from the pixel, and spread as its filter is. A function of pixel, index, count and filter alone. The
+ * only sample of a pixel with one is its centre.
  *
  * A pixel's samples are its own and count equally; where the filter weighs more, they are denser (Ernst, Stamminger and
- * Greiner, "Filter Importance Sampling", IEEE Symposium on Interactive Ray Tracing 2006). So a filter that is wider than
- * a pixel takes nothing from its neighbours, which may be in another band.
+ * Greiner, "Filter Importance Sampling", IEEE Symposium on Interactive Ray Tracing 2006). So a filter that is wider
+ * than a pixel takes nothing from its neighbours, which may be in another band.
  *
  * The smoother filter is the tent, the B-spline next to the box. Tents of all pixels add up to one everywhere, as boxes
  * do, and they are nowhere negative, so that samples can count equally. Its distribution is inverted by square roots
@@ -75,8 +75,8 @@ static inline double sample_spread(double u, enum pixel_filter filter)
     return filter == FILTER_TENT ? tent : u;
 }
 
-/* The shares of a filter in one coordinate before a sample of pixel (x, y) whose digits these are, before spreading. Each
- * `salt` (0: the usual one) gives samples of its own. */
+/* The shares of a filter in one coordinate before a sample of pixel (x, y) whose digits these are, before spreading.
+ * Each `salt` (0: the usual one) gives samples of its own. */
 static inline struct sample_position sample_shares(uint32_t x, uint32_t y, struct sample_digits digits, uint32_t salt)
 {
     uint32_t seed = hash_u32(x + hash_u32(y + 0x9e3779b9u + salt));
@@ -91,11 +91,11 @@ struct sample_cell {
     double middle, width; /* pixels; the middle from the pixel's edge */
 };
 
-/* That of shares low .. high of the tent: the box with the mean and the variance of that part of it, so that boxes side by
- * side add up to a filter with those of the tent. On its left half, the tent's density at a distance r from its end is r,
- * and the share before it r²/2; between r0 and r1 the mean is 2/3 (r0² + r0 r1 + r1²) / (r0 + r1), and the variance
- * (r1 − r0)² (r0² + 4 r0 r1 + r1²) / (18 (r0 + r1)²). The right half is the same from behind; all of the tent varies by
- * 1/6, a box by 1/12 of its width's square. */
+/* That of shares low .. high of the tent: the box with the mean and the variance of that part of it, so that boxes side
+ * by side add up to a filter with those of the tent. On its left half, the tent's density at a distance r from its end
+ * is r, and the share before it r²/2; between r0 and r1 the mean is 2/3 (r0² + r0 r1 + r1²) / (r0 + r1), and the
+ * variance (r1 − r0)² (r0² + 4 r0 r1 + r1²) / (18 (r0 + r1)²). The right half is the same from behind; all of the tent
+ * varies by 1/6, a box by 1/12 of its width's square. */
 static inline struct sample_cell sample_cell_of_tent(double low, double high)
 {
     bool is_all = high - low == 1, is_right = low >= 0.5;
@@ -107,10 +107,10 @@ static inline struct sample_cell sample_cell_of_tent(double low, double high)
     return (struct sample_cell){is_all ? 0.5 : middle, is_all ? sqrt(2) : width};
 }
 
-/* Each 2^k samples from a multiple of 2^k on are a net: one lies in each of the cells that cut the filter into 2^a shares
- * across and 2^b down, a + b = k. So if each sample stands for its cell, what is averaged over cells (a texture) is
- * averaged over the filter without a gap or an overlap (by the tent: but for how its parts slope), wherever in their cells
- * the samples lie. */
+/* Each 2^k samples from a multiple of 2^k on are a net: one lies in each of the cells that cut the filter into 2^a
+ * shares across and 2^b down, a + b = k. So if each sample stands for its cell, what is averaged over cells (a texture)
+ * is averaged over the filter without a gap or an overlap (by the tent: but for how its parts slope), wherever in their
+ * cells the samples lie. */
 static inline struct sample_cell sample_cell(double share, double cells, enum pixel_filter filter)
 {
     double cell = math_floor(share * cells), low = cell / cells, high = (cell + 1) / cells;
@@ -119,8 +119,8 @@ static inline struct sample_cell sample_cell(double share, double cells, enum pi
     return (struct sample_cell){0.5 * (low + high), high - low};
 }
 
-/* How wide a sample is, in pixels, that stands for no cell: by 1/√count narrower than the box that varies as much as the
- * filter does. The box varies by 1/12, the tent by 1/6. */
+/* How wide a sample is, in pixels, that stands for no cell: by 1/√count narrower than the box that varies as much as
+ * the filter does. The box varies by 1/12, the tent by 1/6. */
 static inline double sample_width(uint32_t count, enum pixel_filter filter)
 {
     return (filter == FILTER_TENT ? sqrt(2) : 1) / sqrt(count);

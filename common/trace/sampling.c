@@ -5,10 +5,10 @@
 
 #include "math/colour.h"
 
-/* How much the measures weigh what they see. Fitted to twelve scenes (pictures by 1 to 64 samples against 1,024) so that
- * one threshold for all stages takes the fewest samples for the same error. Per sample, the squared error of pixels with
- * edges falls as N^-1.5, so what one more sample is worth as N^-2.5; a little more is best, for a pixel that looks even
- * after few samples may have been lucky: N^-2.75, 11 quarters of an octave a doubling. */
+/* How much the measures weigh what they see. Fitted to twelve scenes (pictures by 1 to 64 samples against 1,024) so
+ * that one threshold for all stages takes the fewest samples for the same error. Per sample, the squared error of
+ * pixels with edges falls as N^-1.5, so what one more sample is worth as N^-2.5; a little more is best, for a pixel
+ * that looks even after few samples may have been lucky: N^-2.75, 11 quarters of an octave a doubling. */
 #define WEIGHT_FIRST_NEAR (1.0 / 16)
 #define WEIGHT_FIRST_WIDE (1.0 / 256)
 #define WEIGHT_HALVES 3.0

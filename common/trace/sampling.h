@@ -56,16 +56,16 @@ struct pixel_sums {
 /* The roots of a sample's channels, clamped. */
 struct vec3 sampling_roots(struct vec3 light);
 
-/* The measure after stage 0: 0 .. SAMPLING_THRESHOLDS − 1, the larger the better the pixel is known. `near` is how far apart
- * the roots of first samples lie, in each channel, over the 3×3 pixels around this one (those within the image), and `wide`
- * over 5×5: thin things that fall between samples are mostly next to an edge that was seen. */
+/* The measure after stage 0: 0 .. SAMPLING_THRESHOLDS − 1, the larger the better the pixel is known. `near` is how far
+ * apart the roots of first samples lie, in each channel, over the 3×3 pixels around this one (those within the image),
+ * and `wide` over 5×5: thin things that fall between samples are mostly next to an edge that was seen. */
 uint32_t sampling_first_measure(struct vec3 near, struct vec3 wide);
 
 /* The measure after a later stage. */
 uint32_t sampling_measure(const struct pixel_sums *sums, uint32_t samples, struct vec3 near);
 
-/* Of colours (linear light) as they are shown (clamped to 0..1, sRGB-encoded, within 2^-28): the mean over the channels of
- * a's difference to b times that to c, and the squared difference of two, likewise. */
+/* Of colours (linear light) as they are shown (clamped to 0..1, sRGB-encoded, within 2^-28): the mean over the channels
+ * of a's difference to b times that to c, and the squared difference of two, likewise. */
 double sampling_product(struct vec3 a, struct vec3 b, struct vec3 c);
 double sampling_difference(struct vec3 a, struct vec3 b);
 

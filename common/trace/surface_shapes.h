@@ -168,8 +168,8 @@ static inline struct surface_point triangle_surface(const struct triangle *trian
 
 /* --- curvature -------------------------------------------------------------------------------------------- */
 
-/* The change of the unit normal at a position on the surface for a step along it: the shape operator, which is the matrix
- * of F's second derivatives over |gradient|, across the normal. Faces and planes have none. */
+/* The change of the unit normal at a position on the surface for a step along it: the shape operator, which is the
+ * matrix of F's second derivatives over |gradient|, across the normal. Faces and planes have none. */
 
 static inline struct vec3 sphere_normal_change(const struct sphere *sphere, struct vec3 position, struct vec3 normal,
                                                struct vec3 step)

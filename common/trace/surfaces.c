@@ -119,8 +119,9 @@ struct surface surfaces_get(const struct surfaces *s, size_t at)
 
 struct surface_footprint surfaces_spread(const struct surfaces *s, size_t at)
 {
-    return (struct surface_footprint){lane_get(s->lanes.middle, at), lane_get(s->lanes.spread[0], at), lane_get(s->lanes.spread[1], at),
-                                      lane_get(s->lanes.spread[2], at), lane_get(s->lanes.spread[3], at)};
+    return (struct surface_footprint){lane_get(s->lanes.middle, at), lane_get(s->lanes.spread[0], at),
+                                      lane_get(s->lanes.spread[1], at), lane_get(s->lanes.spread[2], at),
+                                      lane_get(s->lanes.spread[3], at)};
 }
 
 /* --- what meshes add --------------------------------------------------------------------------------------- */
@@ -151,7 +152,8 @@ void surfaces_smooth(struct surfaces *s, const struct plan *plan, const struct p
 
 /* --- colour ------------------------------------------------------------------------------------------------ */
 
-static struct vec3 textured(const struct surfaces *s, const struct plan *plan, const struct path_batch *paths, size_t at)
+static struct vec3 textured(const struct surfaces *s, const struct plan *plan, const struct path_batch *paths,
+                            size_t at)
 {
     struct hit hit = surfaces_hit(s, at);
     struct surface surface = surfaces_get(s, at);

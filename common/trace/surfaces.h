@@ -25,7 +25,7 @@ struct surface_lanes {
     double *normal[3];         /* unit; outward, or towards the front of a flat primitive */
     double *facing[3];         /* that, on the side the path comes from */
     double *shading_normal[3]; /* likewise, interpolated on smooth meshes; not facing away from the path */
-    double *middle[3], *spread[4][3]; /* the members of struct surface_footprint in turn, where the plan needs footprints */
+    double *middle[3], *spread[4][3]; /* members of struct surface_footprint in turn, where the plan needs footprints */
     double *color[3];          /* of the material there */
     double *own[3];            /* that, times the share of light that is neither mirrored nor let through */
     double *local[3];          /* radiance that leaves it towards the path */

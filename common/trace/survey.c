@@ -10,9 +10,9 @@
 
 static_assert((int)SURVEY_RUN <= (int)HISTORY_AREAS_MAX, "a run is traced together");
 
-/* About one pixel in SURVEYED_SHARE is surveyed, but SURVEYED_LEAST at least and SURVEYED_PIXELS at most. Each gets up to
- * SURVEY_SAMPLES_MAX samples, in one cell of SURVEY_CELLS_DEEP up to SURVEY_SAMPLES_DEEP; what more of them would give is
- * extrapolated. */
+/* About one pixel in SURVEYED_SHARE is surveyed, but SURVEYED_LEAST at least and SURVEYED_PIXELS at most. Each gets up
+ * to SURVEY_SAMPLES_MAX samples, in one cell of SURVEY_CELLS_DEEP up to SURVEY_SAMPLES_DEEP; what more of them would
+ * give is extrapolated. */
 enum {
     BLOCK_SIDE = 4,            /* pixels */
     SURVEYED_PIXELS = 1 << 14,
@@ -29,8 +29,8 @@ enum {
 /* Pixels may have to be so small a share off of what is asked for, where all are uneven. */
 #define FINEST_SHARE 0.1
 
-/* With twice the samples a pixel's squared error is so much of what it was: 0.35 where one edge crosses it (samples^-1.5),
- * nearer 0.5 where much lies within it. */
+/* With twice the samples a pixel's squared error is so much of what it was: 0.35 where one edge crosses it
+ * (samples^-1.5), nearer 0.5 where much lies within it. */
 #define FALL 0.4
 
 /* Pixels whose first measures are at most so much below the finest threshold hardly matter: few are followed. The
@@ -119,8 +119,8 @@ static uint32_t least_stage(uint32_t policy)
     return sampling_stage_within(1u << 2 * policy);
 }
 
-/* For each threshold, the stage with which the pixel would have been done, from `first_stage` on. Beyond the stages that
- * it went through it is as if its unevenness stayed what it was, and its error fell by FALL. */
+/* For each threshold, the stage with which the pixel would have been done, from `first_stage` on. Beyond the stages
+ * that it went through it is as if its unevenness stayed what it was, and its error fell by FALL. */
 static void note_policy(const struct pixel_history *history, const struct sampling *sampling, uint32_t first_stage,
                         struct survey_outcome *steps)
 {

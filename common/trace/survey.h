@@ -23,16 +23,16 @@ struct survey_grid {
 
 struct survey_grid survey_grid(uint32_t width, uint32_t height);
 
-/* What pixels would have come to under one threshold. Squared errors, in units of PIXEL_ERROR_UNIT, of pixels with one sample
- * ([0]) and with more ([1]). */
+/* What pixels would have come to under one threshold. Squared errors, in units of PIXEL_ERROR_UNIT, of pixels with one
+ * sample ([0]) and with more ([1]). */
 struct survey_outcome {
     int64_t samples;
     int64_t error[2];     /* measured against samples of their own: right on average */
     int64_t estimated[2]; /* by the pixels' own samples, as a render would estimate it */
 };
 
-/* Policy i takes at least 4^i samples of every pixel. From one threshold to the next the outcome of few pixels changes, so
- * what is kept is by how much: steps[i][t] is the outcome at t less that at t − 1, and steps[i][0] that at 0. */
+/* Policy i takes at least 4^i samples of every pixel. From one threshold to the next the outcome of few pixels changes,
+ * so what is kept is by how much: steps[i][t] is the outcome at t less that at t − 1, and steps[i][0] that at 0. */
 enum { SURVEY_POLICIES = 4 };
 struct survey {
     uint64_t pixels, rays; /* rays: of every kind, that the survey took */
@@ -45,8 +45,8 @@ enum { SURVEY_BYTES = 16 + SURVEY_POLICIES * SAMPLING_THRESHOLDS * 5 * 8 };
  * `most` samples a pixel, one of sampling_stage's from 4 on: its threshold is the finest that may be chosen. */
 struct sampling survey_sampling(uint32_t most, double error);
 
-/* Surveys the blocks of cells x .. x + count − 1 of row y of the cells, and adds what it finds, and the rays that it took.
- * What comes of a block does not depend on which others there are; SURVEY_RUN of them are traced together. */
+/* Surveys the blocks of cells x .. x + count − 1 of row y of the cells, and adds what it finds, and the rays that it
+ * took. What comes of a block does not depend on which others there are; SURVEY_RUN of them are traced together. */
 enum { SURVEY_RUN = 32 };
 void survey_cells(struct tracer *tracer, const struct sampling *sampling, const struct survey_grid *grid,
                   uint32_t x, uint32_t count, uint32_t y, struct survey *survey, struct ray_counts *counts);
@@ -60,8 +60,8 @@ void survey_read(struct survey *survey, const uint8_t *bytes);
 /* The sum of the policy's steps up to that threshold. */
 struct survey_outcome survey_outcome(const struct survey *survey, uint32_t policy, uint32_t threshold);
 
-/* The cheapest sampling whose error in the survey was at most 0.8 of `error`, for surveys are off by as much; if none was,
- * the finest. `surveyed` is what survey_sampling gave. */
+/* The cheapest sampling whose error in the survey was at most 0.8 of `error`, for surveys are off by as much; if none
+ * was, the finest. `surveyed` is what survey_sampling gave. */
 struct sampling survey_choose(const struct survey *survey, const struct sampling *surveyed, double error);
 
 /* The RMSE (as shown, 0..1) of a render by one sample a pixel. */

@@ -20,7 +20,8 @@ struct texture_point {
 struct vec3 texture_color(const struct plan *plan, const struct plan_texture *texture,
                           const struct texture_point *point);
 
-/* That of an image texture at a point of its image, as the map and map_repeated give it; face: of a box's map, else 0. */
+/* That of an image texture at a point of its image, as the map and map_repeated give it; face: of a box's map, else
+ * 0. */
 struct vec3 texture_image_color(const struct plan *plan, const struct plan_texture *texture,
                                 const struct image_point *at, int face);
 

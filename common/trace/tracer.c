@@ -1,8 +1,8 @@
 /*
  * Paths are traced generation by generation: all camera rays of a batch, then all their children, and so on. A sample's
  * radiance is the sum of throughput × local radiance over its hits in the order of the batches: by generation, mirrored
- * ones before transmitted ones, and each in the order of their parents. That order is the ray tree's own, so no grouping
- * of rays can change the sum.
+ * ones before transmitted ones, and each in the order of their parents. That order is the ray tree's own, so no
+ * grouping of rays can change the sum.
  */
 #include "trace/tracer_private.h"
 
@@ -201,8 +201,8 @@ static void count_secondary(struct tracer *tracer)
         tracer->secondary[paths->sample[i]]++;
 }
 
-/* Traces the paths that start_paths made, to the end, or returns false where they lack the footprints that they turn out
- * to need. *used says whether any were needed. */
+/* Traces the paths that start_paths made, to the end, or returns false where they lack the footprints that they turn
+ * out to need. *used says whether any were needed. */
 static bool trace(struct tracer *tracer, bool *used)
 {
     struct generation *g = &tracer->generation;

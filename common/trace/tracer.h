@@ -24,8 +24,8 @@ struct tracer *tracer_create(const struct plan *plan, const struct kernel *kerne
 /* Frees *tracer and sets it to NULL; *tracer may be NULL. */
 void tracer_destroy(struct tracer **tracer);
 
-/* From now on counts the batches of camera rays there as it traces them, so that whoever reads it, in any thread, sees that
- * an area that takes minutes advances. Borrowed. */
+/* From now on counts the batches of camera rays there as it traces them, so that whoever reads it, in any thread, sees
+ * that an area that takes minutes advances. Borrowed. */
 void tracer_count_batches(struct tracer *tracer, _Atomic uint64_t *batches);
 
 /* Pixels x0 <= x < x1 of rows y0 <= y < y1. */
@@ -65,9 +65,9 @@ struct pixel_history {
 enum { HISTORY_AREAS_MAX = 32 };
 
 /* As tracer_area, but of areas[count], 1 <= count <= HISTORY_AREAS_MAX, which do not overlap, with an adaptive sampling
- * whose least is 1 and whose most at least 4; and pixels go through stage 1 at least. Many of those whose first measure is
- * at least `even` are left out, and others stand for them. `histories` has room for all pixels, and gets those that were
- * followed in some order; returns how many. `counts` is one sum, of all rays. */
+ * whose least is 1 and whose most at least 4; and pixels go through stage 1 at least. Many of those whose first measure
+ * is at least `even` are left out, and others stand for them. `histories` has room for all pixels, and gets those that
+ * were followed in some order; returns how many. `counts` is one sum, of all rays. */
 size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, uint32_t even,
                         const struct pixel_area *areas, size_t count, struct pixel_history *histories,
                         struct ray_counts *counts);

@@ -51,7 +51,8 @@ struct tracer {
     size_t pixel_capacity;
 };
 
-/* Puts more pixels in work, without samples; sets grid->first. (tracer->pixels = 0 ends the work on those there are.) */
+/* Puts more pixels in work, without samples; sets grid->first. (tracer->pixels = 0 ends the work on those there
+ * are.) */
 void tracer_add_grid(struct tracer *tracer, struct pixel_grid *grid);
 
 /* Adds samples first .. end − 1 to the work of pixels list[count], which have the samples before. `end` is how many

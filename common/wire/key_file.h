@@ -25,9 +25,9 @@ struct key_list {
     size_t count, capacity;
 };
 
-/* Who may read the file: a secret one only its owner, and by an access control list this process's user; where the owner
- * is root and this process is not, the file's group too (anything else is an error); a public one everybody. Nobody but
- * the owner may write either. */
+/* Who may read the file: a secret one only its owner, and by an access control list this process's user; where the
+ * owner is root and this process is not, the file's group too (anything else is an error); a public one everybody.
+ * Nobody but the owner may write either. */
 enum key_secrecy { KEY_PUBLIC, KEY_SECRET };
 
 /* Reads the one key of a file. STATUS_INPUT otherwise, and *key is all zero. The caller wipes a secret. */

@@ -4,8 +4,8 @@
  *
  * A scene is three lines. The first: its name, width, height, rows of a cell of the survey (0: there is none). The
  * second: of each row of cells microseconds:samples, what the survey took, and how many a pixel it expects of the
- * render. The third: of each band of the render, from the top, rows:microseconds:samples. Times are the least of several
- * runs. */
+ * render. The third: of each band of the render, from the top, rows:microseconds:samples. Times are the least of
+ * several runs. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>

@@ -32,8 +32,8 @@ inexact_instructions() {
 }
 
 # What these rooms take from libm, and why it is the same everywhere: sqrt is correctly rounded, as IEEE 754 demands;
-# floor, ceil, fmod and frexp are exact; fmin and fmax return one of two numbers (of two zeros, either one: good only for
-# limits and magnitudes).
+# floor, ceil, fmod and frexp are exact; fmin and fmax return one of two numbers (of two zeros, either one: good only
+# for limits and magnitudes).
 exact_in_libm='ceil floor fmax fmin fmod frexp sqrt'
 
 # libm_calls FOLDER_OR_OBJECT...: what objects take from libm and is not in that list, one a line with its object.

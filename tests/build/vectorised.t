@@ -20,8 +20,8 @@ compile_command() {
         grep -- "-DLANES_SUFFIX=$1 .*lanes/$2\.c"
 }
 
-# vectorised COMMAND SOURCE: the lines of the source at which a loop was vectorised. Equal functions (the spreads of what
-# is flat) are kept apart, or only one of them would be reported.
+# vectorised COMMAND SOURCE: the lines of the source at which a loop was vectorised. Equal functions (the spreads of
+# what is flat) are kept apart, or only one of them would be reported.
 vectorised() {
     local command=${1%% -MMD*}
     command=${command/ -g / } # nothing but the report is wanted, so nothing is spent on debuggers and the assembler
@@ -31,8 +31,8 @@ vectorised() {
 }
 
 # --- what the source says ---------------------------------------------------------------------------------------------
-# loops SOURCE: the lines that gcc reports for its lane loops, each with a name: of a loop, the line of its `for`; of one
-# that a macro defines, the line of each use of the macro.
+# loops SOURCE: the lines that gcc reports for its lane loops, each with a name: of a loop, the line of its `for`; of
+# one that a macro defines, the line of each use of the macro.
 loops() {
     awk '
         /^#define / { macro = $2; sub(/\(.*/, "", macro) }

@@ -1,6 +1,6 @@
 #!/bin/bash
-# The Debian package: as Debian wants it, the same bytes whenever it is built, and installed, used and removed in a clean
-# root.
+# The Debian package: as Debian wants it, the same bytes whenever it is built, and installed, used and removed in a
+# clean root.
 . tests/tap.sh
 . tests/deploy/versions.sh
 . tests/deploy/root.sh

@@ -1,5 +1,6 @@
 #!/bin/bash
-# Workers as services of systemd, from the package, in a container that is booted: what is tried there is service-inside.
+# Workers as services of systemd, from the package, in a container that is booted: what is tried is
+# service-inside.
 . tests/tap.sh
 . tests/deploy/root.sh
 need debootstrap systemd-nspawn dh dpkg-buildpackage

@@ -1,7 +1,7 @@
 #!/usr/bin/perl
 # strangers.pl PORT SILENT GARBAGE HALF: that many connections to 127.0.0.1:PORT which say nothing, which say what is no
-# ZMTP, and which begin as ZMTP does and stop anywhere. Says "ready" when all are there, and holds them until it is ended;
-# those that are closed on it come again.
+# ZMTP, and which begin as ZMTP does and stop anywhere. Says "ready" when all are there, and holds them until it is
+# ended; those that are closed on it come again.
 use strict;
 use warnings;
 use IO::Select;

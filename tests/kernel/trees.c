@@ -172,8 +172,8 @@ static struct scene mesh_scene(uint32_t number)
     return scene;
 }
 
-/* Runs in a triangle's plane, or off it by one of the tilts; starts before it, in it or behind it, and ends before it, in
- * it, behind it or never. */
+/* Runs in a triangle's plane, or off it by one of the tilts; starts before it, in it or behind it, and ends before it,
+ * in it, behind it or never. */
 static struct ray ray_in_plane(const struct plan *plan, uint32_t i)
 {
     static const double tilts[8] = {0, 0, 0x1p-53, 0x1p-50, 0x1p-40, 0x1p-30, 0x1p-20, 0x1p-12};

@@ -1,7 +1,7 @@
 #!/usr/bin/perl
 # Every key that the reader of scenes knows is in the schema, in scenes/README.md and in weft-scene(5), and no other; so
-# are all types of lights, textures, shapes and backgrounds. The defaults in the schema are those of the manuals. What the
-# reader knows it is asked itself: a key or type that it does not know is refused with a list of those that it does.
+# are all types of lights, textures, shapes and backgrounds. The defaults in the schema are those of the manuals. What
+# the reader knows it is asked itself: a key or type that it does not know is refused with a list of those that it does.
 use strict;
 use warnings;
 use File::Temp qw(tempdir);

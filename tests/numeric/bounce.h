@@ -23,8 +23,8 @@ static inline struct path path_along(struct ray ray)
     return (struct path){.ray = ray, .throughput = {1, 1, 1}, .medium = MEDIUM_SPACE};
 }
 
-/* A generation of one path whose hit is known, as far as its surface. It has the media until the caller takes them back,
- * and is the same one every time, so that its arrays need not grow anew. */
+/* A generation of one path whose hit is known, as far as its surface. It has the media until the caller takes them
+ * back, and is the same one every time, so that its arrays need not grow anew. */
 static inline struct generation *generation_at(const struct world *world, const struct medium_pool *media,
                                                const struct path *path, const struct hit *hit)
 {

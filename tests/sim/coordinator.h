@@ -49,7 +49,7 @@ static const struct peer *find_present(const struct wire_peer *address, uint64_t
     return NULL;
 }
 
-/* Nothing is said to those that are gone, and what belongs to no conversation is answered by a refusal of that alone. */
+/* Nothing is said to those that are gone; what belongs to no conversation is answered by a refusal of that alone. */
 static void check_said(const struct link *link, const struct peer *peer, const struct message *message)
 {
     bool refusal = message->kind == MESSAGE_REFUSE;

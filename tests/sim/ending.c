@@ -1,8 +1,9 @@
 /*
  * How a job ends that has one slow machine among fast ones: not more than one band's time on a fast machine later than
- * if all had been busy to the last moment, though the slow one takes ten times as long. (One band's time: of the largest
- * that was out when there were no more rows to hand out.) A virtual clock; messages take no time, bands what their rows
- * take, and a machine renders those it holds one after the other, with all its threads, in the order in which it got them.
+ * if all had been busy to the last moment, though the slow one takes ten times as long. (One band's time: of the
+ * largest that was out when there were no more rows to hand out.) A virtual clock; messages take no time, bands what
+ * their rows take, and a machine renders those it holds one after the other, with all its threads, in the order in
+ * which it got them.
  */
 #include <setjmp.h>
 #include <stdarg.h>

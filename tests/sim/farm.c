@@ -1,10 +1,10 @@
 /*
  * Whole farms under a virtual clock: one real dispatcher with real jobs, whose files are written (coordinator.h), and
  * real sessions (worker_loop.h), over a network that delays and cuts (network.h). Workers are slow, hang, are stopped,
- * die and come again, drain, cannot load, lie (lies.h), or, where all bands are audited, render wrong bytes. The coordinator itself is stopped, or dies and is started
- * again, or another one follows it. Whatever happens, the files are those that a render without a farm gives
- * (pictures.h), or the dispatcher says why not, and that only once three workers were lost; one honest worker is always
- * there, so every job ends.
+ * die and come again, drain, cannot load, lie (lies.h), or, where all bands are audited, render wrong bytes. The
+ * coordinator itself is stopped, or dies and is started again, or another one follows it. Whatever happens, the files
+ * are those that a render without a farm gives (pictures.h), or the dispatcher says why not, and that only once three
+ * workers were lost; one honest worker is always there, so every job ends.
  *
  * Evil on the way can be told where it breaks a message, its header, or an asset (by its digest). A JOB, BAND or RESULT
  * whose fields were altered can still fit: then nothing is promised of the picture. CURVE keeps such away.

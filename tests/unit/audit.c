@@ -79,8 +79,8 @@ static void test_doubts(void **state)
     audit_finish(&audit);
 }
 
-/* Whether a picture of two bands, rendered by workers 1 and 2 and confirmed by those, relies on liars alone; whose band it
- * is, or 0. */
+/* Whether a picture of two bands, rendered by workers 1 and 2 and confirmed by those, relies on liars alone; whose band
+ * it is, or 0. */
 static uint32_t relies_on(uint32_t first_confirmed_by, uint32_t second_confirmed_by, const bool lied[4])
 {
     struct band_account bands[8] = {[0] = {.rows = 4, .worker = 1, .confirmed_by = first_confirmed_by},

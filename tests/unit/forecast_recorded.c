@@ -4,8 +4,8 @@
  * `forecast_recorded.t FILE WORKERS` prints the figures of one file. */
 #include "tests/unit/recorded.h"
 
-/* Near the end, a fifth of what is left is less than a band, and nothing tells what that one will take. So errors of less
- * than that share of the whole time are none. */
+/* Near the end, a fifth of what is left is less than a band, and nothing tells what that one will take. So errors of
+ * less than that share of the whole time are none. */
 #define GRAIN 0.03
 
 /* How far off, as a share of the truth, remaining time is at worst, from the second tenth on and as soon as anything is

@@ -360,8 +360,8 @@ static void box_faces_edges_and_corners(void **state)
     assert_true(!which(touch) || is_near(touch.enter, sqrt(2), 1e-15 * 4));
 }
 
-/* A ray that starts on a face, outside by rounding, and leaves over the next edge before it comes in: it has gone in, so
- * it comes out at the edge. Any other ray misses. */
+/* A ray that starts on a face, outside by rounding, and leaves over the next edge before it comes in: it has gone in,
+ * so it comes out at the edge. Any other ray misses. */
 static void what_goes_in_over_an_edge_comes_out_there(void **state)
 {
     (void)state;

@@ -174,8 +174,8 @@ static double shown_difference(double a, double b)
     return difference * difference;
 }
 
-/* Encoded values are within 2^-28 (colour.h) and their differences d at most 1, so squares of these within 2 d 2^-27 and a
- * little; and products likewise. */
+/* Encoded values are within 2^-28 (colour.h) and their differences d at most 1, so squares of these within 2 d 2^-27
+ * and a little; and products likewise. */
 static const double margin = 0x1.01p-26;
 
 static void differences_are_of_colours_as_shown(void **state)

@@ -105,8 +105,8 @@ static struct event beat(uint32_t worker, uint64_t progress)
     return (struct event){.kind = EVENT_BEAT, .worker = worker, .progress = progress};
 }
 
-/* Worker 2 advanced every two seconds and then no more: after eight times that others get its bands, and that it does not
- * get on is not held against them. The last one left is never expelled. */
+/* Worker 2 advanced every two seconds and then no more: after eight times that others get its bands, and that it does
+ * not get on is not held against them. The last one left is never expelled. */
 static void test_stuck(void **state)
 {
     (void)state;

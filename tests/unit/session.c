@@ -9,13 +9,13 @@ static void test_hello_again(void **state)
     start(false, -1);
     assert_true(session_deadline(session) == now_ms);
     tick(0, "HELLO");
-    assert_true(session_deadline(session) == now_ms + SESSION_HELLO_MS);
-    tick(SESSION_HELLO_MS - 1, "");
+    assert_true(session_deadline(session) == now_ms + SEEKING_HELLO_MS);
+    tick(SEEKING_HELLO_MS - 1, "");
     tick(1, "HELLO");
-    for (int64_t ms = 2 * SESSION_HELLO_MS; ms < SESSION_SILENCE_MS; ms += SESSION_HELLO_MS)
-        tick(SESSION_HELLO_MS, "HELLO");
+    for (int64_t ms = 2 * SEEKING_HELLO_MS; ms < SEEKING_RENEW_MS; ms += SEEKING_HELLO_MS)
+        tick(SEEKING_HELLO_MS, "HELLO");
     assert_string_equal(said, "");
-    tick(SESSION_HELLO_MS, "RECONNECT, HELLO"); /* a connection may be dead without anybody noticing */
+    tick(SEEKING_HELLO_MS, "RECONNECT, HELLO"); /* a connection may be dead without anybody noticing */
     assert_string_equal(said, "waiting for a coordinator");
 }
 
@@ -31,7 +31,7 @@ static void test_renewal(void **state)
     }
     receive(plain(MESSAGE_WELCOME), "");
     tick(SESSION_SILENCE_MS, "RECONNECT");
-    tick(SESSION_SILENCE_MS, "RECONNECT, HELLO"); /* it begins anew */
+    tick(SEEKING_RENEW_MS, "RECONNECT, HELLO"); /* it begins anew */
 }
 
 /* Without a connection it tries again soon, then less and less often. */
@@ -52,11 +52,11 @@ static void test_hello_without_connection(void **state)
 static void test_waiting_ends(void **state)
 {
     (void)state;
-    start(false, 3000 + SESSION_HELLO_MS / 2);
+    start(false, 3000 + SEEKING_HELLO_MS / 2);
     tick(0, "HELLO");
     tick(3000, "HELLO");
-    assert_true(session_deadline(session) == now_ms + SESSION_HELLO_MS / 2);
-    tick(SESSION_HELLO_MS / 2 - 1, "");
+    assert_true(session_deadline(session) == now_ms + SEEKING_HELLO_MS / 2);
+    tick(SEEKING_HELLO_MS / 2 - 1, "");
     tick(1, "EXIT 1");
     assert_string_equal(said, "no coordinator answered within 3 s");
     assert_true(session_deadline(session) == INT64_MAX);
@@ -69,7 +69,7 @@ static void test_waiting_with_keys(void **state)
     (void)state;
     start_with((struct session_config){.keyed = true, .wait_ms = 6000});
     tick(0, "HELLO");
-    tick(SESSION_SILENCE_MS, "RECONNECT, HELLO");
+    tick(SEEKING_RENEW_MS, "RECONNECT, HELLO");
     assert_string_equal(said, "waiting for a coordinator (if there is one, its keys and this worker's may not match)");
     tick(1000, "EXIT 1");
     assert_string_equal(said, "no coordinator answered within 6 s (if there is one, its keys and this worker's may not "

@@ -17,6 +17,7 @@
 
 #include "base/memory.h"
 #include "wire/manifest.h"
+#include "worker/seeking.h"
 #include "worker/session.h"
 
 enum { EPOCH = 77, HEIGHT = 100, FILES_MAX = 8 };

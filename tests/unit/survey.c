@@ -159,8 +159,8 @@ static struct scene balls_scene(void)
     return scene;
 }
 
-/* All cells, so many of a row at a time, from the first or from the last on, each time noted on its own and then added, or
- * all into one. */
+/* All cells, so many of a row at a time, from the first or from the last on, each time noted on its own and then added,
+ * or all into one. */
 static struct survey survey_image(const struct plan *plan, const struct sampling *sampling, uint32_t run, bool backwards,
                                   bool apart)
 {

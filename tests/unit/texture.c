@@ -221,7 +221,7 @@ static double counted_mean_of_both(double s, double a, double b)
     return sum / (POINTS * POINTS);
 }
 
-/* Over a footprint across which the pattern changes along both edges: far nearer than the mean over their sum would be. */
+/* Over a footprint across which the pattern changes along both edges: far nearer than the mean over their sum is. */
 static void slanting_footprints_are_no_wider_than_they_are(void **state)
 {
     (void)state;
@@ -458,9 +458,9 @@ static void filtering_is_not_wider_than_the_footprint(void **state)
     world_end(&world);
 }
 
-/* An image of squares: texel i is (i + 1/2)² / 64², left to right. Interpolating between texels makes x² + 1/6 of that, on
- * average over x, and a box of b texels b²/12 more. Looks are as wide as the box on average over where they are; single ones
- * need not be. The footprint's other edge is `by` texels. */
+/* An image of squares: texel i is (i + 1/2)² / 64², left to right. Interpolating between texels makes x² + 1/6 of that,
+ * on average over x, and a box of b texels b²/12 more. Looks are as wide as the box on average over where they are;
+ * single ones need not be. The footprint's other edge is `by` texels. */
 static void check_width(const struct world *world, double b, double by)
 {
     struct vec3 by_x = {b * 2 / 64, 0, 0}, by_y = {0, 0, by * 4 / 64}; /* the map is 2 × 4 */

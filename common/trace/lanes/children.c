@@ -27,8 +27,8 @@ static void inherit(const struct path_batch *paths, const struct surfaces *surfa
 
 /* --- mirrored --------------------------------------------------------------------------------------------- */
 
-/* `smooth`, here and below: whether shading normals may differ from the geometric ones. Where they do not, the same comes
- * of less work. */
+/* `smooth`, here and below: whether shading normals may differ from the geometric ones. Where they do not, the same
+ * comes of less work. */
 static inline __attribute__((always_inline)) struct mirroring mirroring_at(const struct surface_lanes *s, size_t i,
                                                                            bool smooth)
 {

@@ -5,7 +5,8 @@
  * time. Let u = 2^-24, R the tree's extent and o a ray's box_origin. All vertices and centres are within R on each
  * axis, so what is hit is at most √3 R from the eye; and it is at most (2 + √3) R from o (packet_find_starts). So
  * |o| <= (2 + 2√3) R < 5.5 R for every ray that hits anything. The error bounds below follow from that; what the
- * primitive's own test rounds, in double, is less by far than what they leave over, as no ray here is distant (ahead.h).
+ * primitive's own test rounds, in double, is less by far than what they leave over, as no ray here is distant
+ * (ahead.h).
  */
 #ifndef WEFT_TRACE_LANES_FILTER_H
 #define WEFT_TRACE_LANES_FILTER_H
@@ -42,9 +43,9 @@ struct flat_triangle {
  *
  * A ray comes here if it passes the triangle's box, which is grown by 2^-20 R, so no vertex is farther off than L + E
  * with L = (1 + S) × the longest side, by coordinates. The triangle's own test finds a hit only if its three areas have
- * one sign, where those that round to 0 may count as either. Moving vertices by E changes an area by at most 4 E L + 2 E²,
- * and rounding it by 4 u (L + E)² < E (L + E) / 2: 8 E (L + E) is more than both, and 2^-111 at least, so underflow does
- * not matter. */
+ * one sign, where those that round to 0 may count as either. Moving vertices by E changes an area by at most
+ * 4 E L + 2 E², and rounding it by 4 u (L + E)² < E (L + E) / 2: 8 E (L + E) is more than both, and 2^-111 at least, so
+ * underflow does not matter. */
 static inline struct flat_triangle flat_triangle_of(const struct packet *p, const struct triangle *triangle)
 {
     const double *a = &triangle->a.x, *b = &triangle->b.x, *c = &triangle->c.x;

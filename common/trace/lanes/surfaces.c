@@ -100,8 +100,8 @@ DEFINE_SPREADS(instance, triangle, surfaces->placed, FLAT, FLAT)
 
 /* --- all kinds -------------------------------------------------------------------------------------------- */
 
-typedef void find(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces, size_t first,
-                  size_t end);
+typedef void find(const struct plan *plan, const struct path_batch *paths, const struct surfaces *surfaces,
+                  size_t first, size_t end);
 
 static find *const find_points[PRIMITIVE_KINDS] = {
     [PRIMITIVE_SPHERE] = find_sphere_points, [PRIMITIVE_GLOBE] = find_globe_points,
