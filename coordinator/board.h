@@ -22,7 +22,7 @@ void board_destroy(struct board **board);
 
 /* --- the loop's side --- */
 
-/* An eventfd that is readable when board_wait_ms is to be asked again. */
+/* An eventfd that is readable when board_wait_ms is to be asked again; −1: there was none to be had. */
 int board_bell(const struct board *board);
 
 /* How long until board_publish is wanted, in milliseconds from now; 0: somebody waits. */

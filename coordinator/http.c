@@ -125,17 +125,19 @@ static enum status start(struct http_server *server, const struct http_address *
     int listener = http_address_listen(&address, error);
     if (listener < 0)
         return STATUS_FAILED;
-    server->daemon = start_daemon(server, listener, address.socket.ss_family == AF_INET6);
+    if (board_bell(server->board) >= 0)
+        server->daemon = start_daemon(server, listener, address.socket.ss_family == AF_INET6);
     if (!server->daemon) {
         close(listener);
-        return error_set(error, STATUS_FAILED, "--http: the server cannot be started");
+        return error_set(error, STATUS_INTERNAL,
+                         "--http: the server cannot be started: it lacks memory, a descriptor or a thread");
     }
     say_where(server, &address);
     return STATUS_OK;
 }
 
 struct http_server *http_create(const struct http_address *address, const struct http_token *token,
-                                struct error *error)
+                                enum status *status, struct error *error)
 {
     struct http_server *server = memory_array(1, sizeof *server);
     server->board = board_create();
@@ -148,7 +150,8 @@ struct http_server *http_create(const struct http_address *address, const struct
     for (int i = 0; i < HTTP_CONNECTIONS_MAX; i++)
         server->connections[i].socket = -1;
     log_set_listener(take_line, server->board);
-    if (start(server, address, error) != STATUS_OK)
+    *status = start(server, address, error);
+    if (*status != STATUS_OK)
         http_destroy(&server);
     return server;
 }

@@ -20,9 +20,10 @@
 struct http_server;
 
 /* Listens, says where, and answers from now on; listens to the log, too. `token`: what all but the empty page needs
- * (NULL: nothing). NULL with *error set (STATUS_FAILED) if it cannot. */
+ * (NULL: nothing). NULL with *error set if it cannot: *status is STATUS_FAILED where the address is not to be had, else
+ * STATUS_INTERNAL. */
 struct http_server *http_create(const struct http_address *address, const struct http_token *token,
-                                struct error *error);
+                                enum status *status, struct error *error);
 
 /* Shows these from now on; borrowed until http_destroy. */
 void http_show_jobs(struct http_server *server, const struct render_job *jobs, size_t count);

@@ -28,10 +28,19 @@ static const char *const headers[][2] = {
     {"Cache-Control", "no-store"},
 };
 
-static void add_header(struct MHD_Response *response, const char *key, const char *value)
+static void forget(struct MHD_Response **response)
 {
-    if (MHD_add_response_header(response, key, value) != MHD_YES)
-        abort(); /* out of memory, which ends the process */
+    if (*response)
+        MHD_destroy_response(*response);
+    *response = NULL;
+}
+
+/* Responses are NULL where libmicrohttpd has no memory for them: then the connection ends, and the render goes on. An
+ * answer lacks none of its headers, so *response becomes NULL too where one cannot be added. */
+static void add_header(struct MHD_Response **response, const char *key, const char *value)
+{
+    if (*response && MHD_add_response_header(*response, key, value) != MHD_YES)
+        forget(response);
 }
 
 /* `how` says whose the data is: with MHD_RESPMEM_MUST_FREE the response's from now on. */
@@ -39,12 +48,12 @@ static struct MHD_Response *make(const struct http_server *server, const void *d
                                  enum MHD_ResponseMemoryMode how, const char *type)
 {
     struct MHD_Response *response = MHD_create_response_from_buffer(size, (void *)data, how);
-    if (!response)
-        abort(); /* out of memory, which ends the process */
+    if (!response && how == MHD_RESPMEM_MUST_FREE)
+        free((void *)data);
     for (size_t i = 0; i < sizeof headers / sizeof *headers; i++)
-        add_header(response, headers[i][0], headers[i][1]);
-    add_header(response, "Weft-Run", server->run);
-    add_header(response, "Content-Type", type);
+        add_header(&response, headers[i][0], headers[i][1]);
+    add_header(&response, "Weft-Run", server->run);
+    add_header(&response, "Content-Type", type);
     return response;
 }
 
@@ -53,11 +62,16 @@ static struct MHD_Response *make_of(const struct http_server *server, const stru
     return make(server, content->data, content->size, MHD_RESPMEM_MUST_FREE, type);
 }
 
+static enum MHD_Result queue(struct MHD_Connection *connection, unsigned code, struct MHD_Response *response)
+{
+    return response ? MHD_queue_response(connection, code, response) : MHD_NO;
+}
+
 /* Queues it, and gives up what we have of it. */
 static enum MHD_Result send_once(struct MHD_Connection *connection, unsigned code, struct MHD_Response *response)
 {
-    enum MHD_Result result = MHD_queue_response(connection, code, response);
-    MHD_destroy_response(response);
+    enum MHD_Result result = queue(connection, code, response);
+    forget(&response);
     return result;
 }
 
@@ -71,19 +85,12 @@ static enum MHD_Result refuse(const struct http_server *server, struct MHD_Conne
 {
     struct MHD_Response *response = make_sentence(server, sentence);
     if (code == MHD_HTTP_METHOD_NOT_ALLOWED)
-        add_header(response, "Allow", "GET, HEAD");
+        add_header(&response, "Allow", "GET, HEAD");
     if (code == MHD_HTTP_UNAUTHORIZED)
-        add_header(response, "WWW-Authenticate", "Bearer realm=\"weft\"");
+        add_header(&response, "WWW-Authenticate", "Bearer realm=\"weft\"");
     if (code == MHD_HTTP_SERVICE_UNAVAILABLE)
-        add_header(response, "Retry-After", "1");
+        add_header(&response, "Retry-After", "1");
     return send_once(connection, code, response);
-}
-
-static void forget(struct MHD_Response **response)
-{
-    if (*response)
-        MHD_destroy_response(*response);
-    *response = NULL;
 }
 
 void http_forget_answers(struct http_server *server)
@@ -116,7 +123,7 @@ static enum MHD_Result send_state(struct http_server *server, struct MHD_Connect
         write(&text, state);
         *made = make_of(server, &text, type);
     }
-    return MHD_queue_response(connection, MHD_HTTP_OK, *made);
+    return queue(connection, MHD_HTTP_OK, *made);
 }
 
 static enum MHD_Result send_job(struct http_server *server, struct MHD_Connection *connection)
@@ -225,9 +232,9 @@ static void make_picture(const struct http_server *server, struct http_picture *
     picture->version = preview_png(preview, kind, &png);
     picture->made_ms = clock_now_ms();
     picture->cost_ms = thread_ms() - begun_ms;
-    picture->response = make_of(server, &png, "image/png");
+    picture->response = png.size > 0 ? make_of(server, &png, "image/png") : NULL;
     name_version(server, picture, kind, tag);
-    add_header(picture->response, "ETag", tag);
+    add_header(&picture->response, "ETag", tag);
 }
 
 static bool find_kind(struct MHD_Connection *connection, enum preview_kind *kind)
@@ -243,7 +250,7 @@ static bool find_kind(struct MHD_Connection *connection, enum preview_kind *kind
 static enum MHD_Result send_unchanged(struct http_server *server, struct MHD_Connection *connection, const char *tag)
 {
     struct MHD_Response *response = make(server, "", 0, MHD_RESPMEM_PERSISTENT, "image/png");
-    add_header(response, "ETag", tag);
+    add_header(&response, "ETag", tag);
     return send_once(connection, MHD_HTTP_NOT_MODIFIED, response);
 }
 
@@ -259,12 +266,14 @@ static enum MHD_Result send_picture(struct http_server *server, struct MHD_Conne
     if (!picture->response || picture->job != job ||
         (picture->version != preview_version(preview) && is_due(server, picture, clock_now_ms())))
         make_picture(server, picture, preview, kind, job);
+    if (!picture->response)
+        return refuse(server, connection, MHD_HTTP_SERVICE_UNAVAILABLE, "There is no memory for the picture.\n");
     char tag[64];
     name_version(server, picture, kind, tag);
     const char *known = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "If-None-Match");
     if (known && strcmp(known, tag) == 0)
         return send_unchanged(server, connection, tag);
-    return MHD_queue_response(connection, MHD_HTTP_OK, picture->response);
+    return queue(connection, MHD_HTTP_OK, picture->response);
 }
 
 /* --- requests --------------------------------------------------------------------------------------------- */

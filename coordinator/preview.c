@@ -255,16 +255,17 @@ static uint64_t show_all(struct preview *p, enum preview_kind kind, uint8_t *rgb
     return version;
 }
 
-/* Quickly rather than small. */
+/* Quickly rather than small. Nothing where libpng has no memory. */
 static void compress(const struct preview *p, const uint8_t *rgba, struct bytes *png)
 {
     png_image image = {.version = PNG_IMAGE_VERSION, .width = p->across, .height = p->down, .format = PNG_FORMAT_RGBA,
                        .flags = PNG_IMAGE_FLAG_FAST};
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
     bytes_extend(png, size);
-    if (!png_image_write_to_memory(&image, png->data, &size, 0, rgba, 0, NULL))
-        size = 0; /* cannot be: there is room for the worst case */
+    bool is_whole = png_image_write_to_memory(&image, png->data, &size, 0, rgba, 0, NULL);
     png->size = size;
+    if (!is_whole)
+        bytes_finish(png);
 }
 
 uint64_t preview_png(struct preview *p, enum preview_kind kind, struct bytes *png)
@@ -273,8 +274,9 @@ uint64_t preview_png(struct preview *p, enum preview_kind kind, struct bytes *pn
     uint64_t version = show_all(p, kind, rgba);
     compress(p, rgba, png);
     free(rgba);
-    png->data = memory_resize(png->data, png->size + 1, 1);
-    png->capacity = png->size + 1;
+    if (png->size > 0)
+        png->data = memory_resize(png->data, png->size, 1);
+    png->capacity = png->size;
     return version;
 }
 

@@ -49,8 +49,8 @@ uint64_t preview_version(struct preview *preview);
 uint32_t preview_width(const struct preview *preview);
 uint32_t preview_height(const struct preview *preview);
 
-/* Its present state as a PNG, RGBA of 8 bits, into *png, which is empty before; rows that are not there are
- * transparent. Returns its version. */
+/* Its present state as a PNG, RGBA of 8 bits, into *png, which is empty before, and stays so if libpng has no memory;
+ * rows that are not there are transparent. Returns its version. */
 uint64_t preview_png(struct preview *preview, enum preview_kind kind, struct bytes *png);
 
 /* Rows of the picture side by side that are there, by one worker. */

@@ -160,8 +160,8 @@ static enum status open_http(struct rendering *r, struct error *error)
     enum status status = a->http_token ? http_token_read(a->http_token, &token, error) : STATUS_OK;
     if (status != STATUS_OK)
         return status;
-    r->http = http_create(&a->http, a->http_token ? &token : NULL, error);
-    return r->http ? STATUS_OK : STATUS_FAILED;
+    r->http = http_create(&a->http, a->http_token ? &token : NULL, &status, error);
+    return status;
 }
 
 static enum status open_farm(struct rendering *r, struct error *error)

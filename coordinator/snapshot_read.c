@@ -9,6 +9,7 @@
 #include "coordinator/snapshot_copy.h"
 #include "coordinator/snapshot_json.h"
 #include "scene/json_syntax.h"
+#include "scene/json_tree.h"
 #include "wire/message.h"
 
 /* The first thing that is not as it should be fills *error, and nothing after that counts. */
@@ -288,10 +289,7 @@ static enum status parse(struct reading *to, const char *text, size_t size, stru
         return status;
     if (is_dense(text, size))
         return error_set(error, STATUS_INPUT, "the status: expected a snapshot, found too many values");
-    to->json = cJSON_ParseWithLength(text, size);
-    if (!to->json)
-        return error_set(error, STATUS_INPUT, "the status: expected JSON, found something else");
-    return STATUS_OK;
+    return json_tree_build("the status", text, size, &to->json, error);
 }
 
 static void finish(struct reading *reading)

@@ -1,10 +1,10 @@
 #include "scene/json_scene.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
 #include "scene/json_syntax.h"
+#include "scene/json_tree.h"
 
 /* --- image and camera ------------------------------------------------------------------------------------- */
 
@@ -130,30 +130,12 @@ static void read_scene(struct scene_reader *reader, struct json_at at)
     json_mesh_files_finish(reader);
 }
 
-/* With base/memory.h's allocation, so that running out of memory is never taken for a fault of the scene. */
-static void *allocate(size_t size)
-{
-    return memory_array(size, 1);
-}
-
-static void choose_allocation(void)
-{
-    cJSON_InitHooks(&(cJSON_Hooks){allocate, free});
-}
-
 /* Text to tree. *tree is the caller's to delete. */
 static enum status parse(const struct asset *asset, const char *file, cJSON **tree, struct error *error)
 {
-    static pthread_once_t chosen = PTHREAD_ONCE_INIT;
     const char *text = (const char *)asset->bytes.data;
-    pthread_once(&chosen, choose_allocation);
     enum status status = json_syntax_check(file, text, asset->bytes.size, error);
-    if (status != STATUS_OK)
-        return status;
-    *tree = cJSON_ParseWithLength(text, asset->bytes.size);
-    if (!*tree)
-        return error_set(error, STATUS_INTERNAL, "%s: cJSON cannot build its tree", file);
-    return STATUS_OK;
+    return status == STATUS_OK ? json_tree_build(file, text, asset->bytes.size, tree, error) : status;
 }
 
 enum status json_scene_read(struct scene *scene, const char *name, struct asset_set *assets,

@@ -15,6 +15,8 @@ for program in weft weft-worker; do
     every $program send 0 7
     every $program receive 0 7
 done
+every weft descriptor '1|5' 5
+every weft-worker descriptor 0 5
 
 # --- processes and threads ------------------------------------------------------------------------------------
 every weft process 5

@@ -2,8 +2,10 @@
  * A library for LD_PRELOAD that makes one operation of a program fail, as operations do when memory, disk or
  * descriptors run out. Told by the environment:
  *
- *   WEFT_FAIL="PROGRAM KIND N"   the Nth operation of that kind (the table below) in a process of that program fails;
- *                                N = 0: none does, they are counted
+ *   WEFT_FAIL="PROGRAM KIND N [THREAD]"
+ *                                the Nth operation of that kind (the table below) in a process of that program fails,
+ *                                or of those of its threads whose names begin with THREAD; N = 0: none does, they are
+ *                                counted
  *   WEFT_FAIL_NOTE=FILE          made when it fails, and where it is nothing fails any more: of all processes that
  *                                inherit the environment one has one failure; counts are added to it as lines
  *
@@ -12,6 +14,7 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <pthread.h>
 #include <spawn.h>
 #include <stdarg.h>
@@ -20,20 +23,26 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/prctl.h>
+#include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum kind { MEMORY, OPEN, WRITE, SYNC, NAME, SEND, RECEIVE, PROCESS, THREAD, KINDS };
+enum kind { MEMORY, OPEN, WRITE, SYNC, NAME, DESCRIPTOR, SEND, RECEIVE, PROCESS, THREAD, KINDS };
 
 static const char *const kinds[KINDS] = {
-    [MEMORY] = "memory",   [OPEN] = "open",       [WRITE] = "write",     [SYNC] = "sync",    [NAME] = "name",
-    [SEND] = "send",       [RECEIVE] = "receive", [PROCESS] = "process", [THREAD] = "thread",
+    [MEMORY] = "memory", [OPEN] = "open",       [WRITE] = "write",     [SYNC] = "sync",       [NAME] = "name",
+    [SEND] = "send",     [RECEIVE] = "receive", [PROCESS] = "process", [THREAD] = "thread",
+    [DESCRIPTOR] = "descriptor",
 };
 
 static enum kind chosen = KINDS; /* KINDS: none, in this program */
 static long wanted;
 static const char *note;
+static char threads[16]; /* how their names begin */
 static atomic_long count;
 
 static void __attribute__((constructor)) start(void)
@@ -41,7 +50,7 @@ static void __attribute__((constructor)) start(void)
     char program[64], kind[16];
     const char *what = getenv("WEFT_FAIL");
     note = getenv("WEFT_FAIL_NOTE");
-    if (!what || !note || sscanf(what, "%63s %15s %ld", program, kind, &wanted) != 3)
+    if (!what || !note || sscanf(what, "%63s %15s %ld %15s", program, kind, &wanted, threads) < 3)
         return;
     if (strcmp(program, program_invocation_short_name) != 0)
         return;
@@ -76,10 +85,18 @@ int pgm_init(void *error)
     return result;
 }
 
+static bool is_of_thread(void)
+{
+    char name[16] = "";
+    if (threads[0])
+        prctl(PR_GET_NAME, name);
+    return strncmp(name, threads, strlen(threads)) == 0;
+}
+
 /* Whether this operation is to fail; then errno is set to `number`. */
 static bool fails(enum kind kind, int number)
 {
-    if (spared || kind != chosen || atomic_fetch_add(&count, 1) + 1 != wanted)
+    if (spared || kind != chosen || !is_of_thread() || atomic_fetch_add(&count, 1) + 1 != wanted)
         return false;
     int fd = NEXT(open)(note, O_WRONLY | O_CREAT | O_EXCL, 0666);
     if (fd < 0)
@@ -189,6 +206,37 @@ int renameat(int from_folder, const char *from, int to_folder, const char *to)
     return fails(NAME, EIO) ? -1 : NEXT(renameat)(from_folder, from, to_folder, to);
 }
 
+/* --- descriptors that are no files ------------------------------------------------------------------------ */
+
+int socket(int domain, int type, int protocol)
+{
+    return fails(DESCRIPTOR, EMFILE) ? -1 : NEXT(socket)(domain, type, protocol);
+}
+
+/* Of what waits, not of calls that find nothing. The connection goes on waiting. */
+int accept4(int fd, struct sockaddr *address, socklen_t *size, int flags)
+{
+    struct pollfd waiting = {.fd = fd, .events = POLLIN};
+    if (poll(&waiting, 1, 0) == 1 && fails(DESCRIPTOR, EMFILE))
+        return -1;
+    return NEXT(accept4)(fd, address, size, flags);
+}
+
+int eventfd(unsigned value, int flags)
+{
+    return fails(DESCRIPTOR, EMFILE) ? -1 : NEXT(eventfd)(value, flags);
+}
+
+int signalfd(int fd, const sigset_t *signals, int flags)
+{
+    return fails(DESCRIPTOR, EMFILE) ? -1 : NEXT(signalfd)(fd, signals, flags);
+}
+
+int epoll_create1(int flags)
+{
+    return fails(DESCRIPTOR, EMFILE) ? -1 : NEXT(epoll_create1)(flags);
+}
+
 /* --- connections ------------------------------------------------------------------------------------------ */
 
 /* Whether the connection is to be lost, in both directions, as with a reset that came. */
@@ -204,6 +252,11 @@ static bool loses(enum kind kind, int fd)
 ssize_t send(int fd, const void *data, size_t size, int flags)
 {
     return loses(SEND, fd) ? -1 : NEXT(send)(fd, data, size, flags);
+}
+
+ssize_t sendmsg(int fd, const struct msghdr *message, int flags)
+{
+    return loses(SEND, fd) ? -1 : NEXT(sendmsg)(fd, message, flags);
 }
 
 ssize_t recv(int fd, void *data, size_t size, int flags)

@@ -20,19 +20,21 @@ cat >"$tmp/scene.json" <<END
 }
 END
 result_files=(a.png map.png report)
+more=() # options of a render that something fails in
+thread= # only in threads whose names begin so
 
 # render FOLDER [VARIABLE=VALUE...]: leaves $status and $err behind, as run does.
 render() {
     local folder=$1
     shift
     run env "$@" "$weft" render "$tmp/scene.json" --size 16x12 --error 0.05 --band 4 --threads 1 -q \
-        -o "$folder/a.png" --sample-map "$folder/map.png" --report "$folder/report"
+        -o "$folder/a.png" --sample-map "$folder/map.png" --report "$folder/report" "${more[@]}"
 }
 
 # failing PROGRAM KIND N: the variables with which the Nth operation of that kind fails in the program.
 failing() {
     rm -f "$tmp/failed"
-    environment=("LD_PRELOAD=$build/tests/fault/fail.so" "WEFT_FAIL=$1 $2 $3" "WEFT_FAIL_NOTE=$tmp/failed")
+    environment=("LD_PRELOAD=$build/tests/fault/fail.so" "WEFT_FAIL=$1 $2 $3 $thread" "WEFT_FAIL_NOTE=$tmp/failed")
 }
 
 # count PROGRAM KIND: leaves in $count how many such operations a render has.
@@ -60,8 +62,10 @@ attempt() {
     render "$tmp/out" "${environment[@]}"
     [[ $status =~ ^($1)$ ]] || { [ "$status" = 0 ] && absent "$tmp/failed"; } || echo "exit status $status"
     [ "$status" = 0 ] || grep -q '^weft: [^ ].* ' <<<"$err" || echo "nothing is said"
+    [[ $err != *': an internal failure, told above'* ]] || [[ $err = *$'\n'* ]] || echo "nothing is told above"
     ! grep 'ended by signal' <<<"$err" || echo "a worker crashed"
     wrong_files "${result_files[@]}" .a.png.journal
+    local more=()
     render "$tmp/out"
     [ "$status" = 0 ] && [ -e "$tmp/out/a.png" ] || echo "the same command again ends with status $status: $err"
     wrong_files "${result_files[@]}"
@@ -81,8 +85,8 @@ every() {
         [ -z "$found" ] || wrong+="$kind $n: $found"$'\n'
     done
     [ -z "$wrong" ] && [ "$count" -gt 0 ]
-    report $? "$program: $kind fails, any of $count times$([ "$stride" = 1 ] || echo ", one of $stride tried")" ||
-        note "$wrong"
+    report $? "$program: $kind fails${thread:+ in $thread}, any of $count times$([ "$stride" = 1 ] ||
+        echo ", one of $stride tried")" || note "$wrong"
 }
 
 nothing_left() {
