@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "base/options.h"
 #include "coordinator/commands.h"
+#include "coordinator/outputs.h"
 #include "image/compare.h"
 #include "image/flip.h"
 #include "image/image.h"
@@ -152,10 +153,19 @@ static enum status compare(const struct arguments *a, const struct image images[
     return status;
 }
 
+static enum status check_output(const struct arguments *a, struct error *error)
+{
+    const struct output output = {"--output", a->output};
+    enum status status = STATUS_OK;
+    for (int i = 0; i < 2 && a->output && status == STATUS_OK; i++)
+        status = outputs_check_spare(&output, 1, a->paths[i], error);
+    return status;
+}
+
 static enum status read_and_compare(const struct arguments *a, struct error *error)
 {
     struct image images[2] = {0};
-    enum status status = STATUS_OK;
+    enum status status = check_output(a, error);
     for (int i = 0; i < 2 && status == STATUS_OK; i++)
         status = image_read_file(&images[i], a->paths[i], error);
     if (status == STATUS_OK)

@@ -1,4 +1,5 @@
 /* weft: the coordinator and its tools. */
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -49,6 +50,18 @@ static int run_command(int argc, char **argv)
     return -1;
 }
 
+/* What was printed is a result, which may not be lost in silence. */
+static int flush_results(int status)
+{
+    bool lost = ferror(stdout) != 0;
+    errno = 0;
+    lost |= fflush(stdout) != 0;
+    if (!lost || status != STATUS_OK)
+        return status;
+    log_error("standard output cannot be written%s%s", errno ? ": " : "", errno ? strerror(errno) : "");
+    return STATUS_OUTPUT;
+}
+
 static int complain(const char *name)
 {
     log_error("unknown command \"%s\"; see weft --help", name);
@@ -67,10 +80,8 @@ static int help(int argc, char **argv)
     return STATUS_OK;
 }
 
-int main(int argc, char **argv)
+static int run(int argc, char **argv)
 {
-    log_start("weft", LOG_WARNING);
-    abort_becomes_status("weft");
     if (argc < 2) {
         print_help(stderr);
         return STATUS_USAGE;
@@ -83,4 +94,11 @@ int main(int argc, char **argv)
     }
     int status = run_command(argc - 1, argv + 1);
     return status < 0 ? complain(argv[1]) : status;
+}
+
+int main(int argc, char **argv)
+{
+    log_start("weft", LOG_WARNING);
+    abort_becomes_status("weft");
+    return flush_results(run(argc, argv));
 }

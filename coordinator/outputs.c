@@ -83,3 +83,12 @@ enum status outputs_check_distinct(const struct output *outputs, size_t count, s
                                  outputs[i].what, outputs[i].path);
     return STATUS_OK;
 }
+
+enum status outputs_check_spare(const struct output *outputs, size_t count, const char *input, struct error *error)
+{
+    for (size_t i = 0; input && i < count; i++)
+        if (is_same_file(outputs[i].path, input))
+            return error_set(error, STATUS_USAGE, "%s: expected another output than %s, which is read",
+                             outputs[i].what, input);
+    return STATUS_OK;
+}

@@ -1,5 +1,5 @@
 /*
- * Where a render's files go, and that no two of them go to one place.
+ * Where a render's files go, and that no two of them go to one place, nor one to a file that is read.
  */
 #ifndef WEFT_COORDINATOR_OUTPUTS_H
 #define WEFT_COORDINATOR_OUTPUTS_H
@@ -23,5 +23,8 @@ struct output {
 
 /* STATUS_USAGE if two of them are the same file. */
 enum status outputs_check_distinct(const struct output *outputs, size_t count, struct error *error);
+
+/* STATUS_USAGE if one of them is the file `input`, which is read (NULL: none is). */
+enum status outputs_check_spare(const struct output *outputs, size_t count, const char *input, struct error *error);
 
 #endif

@@ -33,33 +33,60 @@ static void free_paths(char **paths, size_t count)
     free(paths);
 }
 
-/* That all files that are asked for are different ones. */
-static enum status check_distinct(const struct render_arguments *a, char **scenes, char **paths, size_t count,
-                                  struct error *error)
+/* All files that are asked for, of which there are *total. The caller frees. */
+static struct output *list_outputs(const struct render_arguments *a, char **scenes, char **paths, size_t count,
+                                   size_t *total)
 {
     const struct output others[] = {{"--sample-map", a->choices.sample_map},
                                     {"--error-map", a->choices.error_map},
                                     {"--report", a->report},
                                     {"--log", a->log}};
     struct output *outputs = memory_array(count + sizeof others / sizeof *others, sizeof *outputs);
-    size_t total = 0;
+    *total = 0;
     for (size_t i = 0; i < count; i++)
-        outputs[total++] = (struct output){scenes[i], paths[i]};
+        outputs[(*total)++] = (struct output){scenes[i], paths[i]};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++)
         if (others[i].path)
-            outputs[total++] = others[i];
+            outputs[(*total)++] = others[i];
+    return outputs;
+}
+
+/* That these are different files, and none of them a scene or the token. */
+static enum status check_outputs(const struct render_arguments *a, char **scenes, size_t count,
+                                 const struct output *outputs, size_t total, struct error *error)
+{
     enum status status = outputs_check_distinct(outputs, total, error);
-    free(outputs);
+    if (status == STATUS_OK)
+        status = outputs_check_spare(outputs, total, a->http_token, error);
+    for (size_t i = 0; i < count && status == STATUS_OK; i++)
+        status = outputs_check_spare(outputs, total, scenes[i], error);
     return status;
 }
 
 /* The log, which is opened before anything is said, must not be one of the outputs either. */
 static enum status open_log(const struct render_arguments *a, char **scenes, size_t count, struct error *error)
 {
+    size_t total;
     char **paths = choose_paths(a, scenes, count);
-    enum status status = check_distinct(a, scenes, paths, count, error);
+    struct output *outputs = list_outputs(a, scenes, paths, count, &total);
+    enum status status = check_outputs(a, scenes, count, outputs, total, error);
+    free(outputs);
     free_paths(paths, count);
     return status == STATUS_OK ? log_open(a->log, a->log_json, error) : status;
+}
+
+/* That no output is a file that one of the scenes reaches. */
+static enum status spare_assets(const struct output *outputs, size_t total, const struct render_job *jobs, size_t count,
+                                struct error *error)
+{
+    enum status status = STATUS_OK;
+    for (size_t i = 0; i < count; i++)
+        for (size_t k = 0; k < jobs[i].assets.count && status == STATUS_OK; k++) {
+            char *path = asset_set_path(&jobs[i].assets, jobs[i].assets.assets[k].name);
+            status = outputs_check_spare(outputs, total, path, error);
+            free(path);
+        }
+    return status;
 }
 
 /* --- what is said ----------------------------------------------------------------------------------------- */
@@ -114,12 +141,14 @@ static void say_done(const struct render_job *job, void *context)
         return;
     double seconds = (double)(job->ended_ms - job->started_ms) / 1000;
     double rays = (double)render_job_rays(job);
+    double samples = render_job_samples(job);
+    bool one = job->error == 0 && samples == 1;
     char count[16], rate[16];
     format_count(count, rays);
     format_count(rate, seconds > 0 ? rays / seconds : 0);
     char *error = describe_error(job);
-    log_result("%s: %u×%u, %.*f samples a pixel, %.2f s, %s rays, %s rays/s%s", job->output_path, job->settings.width,
-               job->settings.height, job->error > 0, render_job_samples(job), seconds, count, rate, error);
+    log_result("%s: %u×%u, %.*f sample%s a pixel, %.2f s, %s rays, %s rays/s%s", job->output_path, job->settings.width,
+               job->settings.height, job->error > 0, samples, one ? "" : "s", seconds, count, rate, error);
     free(error);
 }
 
@@ -189,9 +218,14 @@ static enum status open_jobs(struct rendering *r, struct error *error)
     struct render_choices choices = a->choices;
     choices.preview_bytes = r->http ? PREVIEWS_BYTES_MAX / r->count : 0;
     enum status status = a->output && r->count > 1 ? outputs_make_folder(a->output, error) : STATUS_OK;
+    size_t total;
     char **paths = choose_paths(a, r->scenes, r->count);
+    struct output *outputs = list_outputs(a, r->scenes, paths, r->count, &total);
     for (size_t i = 0; i < r->count && status == STATUS_OK; i++)
         status = render_job_init(&r->jobs[i], r->scenes[i], paths[i], &choices, error);
+    if (status == STATUS_OK)
+        status = spare_assets(outputs, total, r->jobs, r->count, error);
+    free(outputs);
     free_paths(paths, r->count);
     if (status == STATUS_OK && r->http)
         http_show_jobs(r->http, r->jobs, r->count);

@@ -358,6 +358,7 @@ static enum status start(struct worker *w, const char *endpoint_text, struct err
     w->pool = pool_create(w->settings.threads, w->settings.kernel, error);
     if (!w->pool)
         return STATUS_INTERNAL;
+    log_info("looking for a coordinator at %s", endpoint);
     struct session_config config = describe(&w->settings);
     w->session = session_create(&config, clock_now_ms());
     return STATUS_OK;

@@ -40,18 +40,40 @@ static void fill_tables(struct getopt_tables *tables, const struct option_spec *
     }
 }
 
+/* Why it is none of ours: a flag was given an argument, or the name begins several of them, or none. */
+static enum status complain_of_long(const char *word, const struct option *longs, struct error *error)
+{
+    const char *name = word + 2, *found[2] = {NULL, NULL};
+    size_t length = strcspn(name, "="), count = 0;
+    for (const struct option *option = longs; length > 0 && option->name; option++) {
+        if (strncmp(option->name, name, length) != 0)
+            continue;
+        if (option->name[length] == '\0')
+            return error_set(error, STATUS_USAGE, "%s: --%s takes no argument", word, option->name);
+        if (count < 2)
+            found[count] = option->name;
+        count++;
+    }
+    if (count == 0)
+        return error_set(error, STATUS_USAGE, "%s: unknown option; see --help", word);
+    if (count == 1)
+        return error_set(error, STATUS_USAGE, "%s: --%s takes no argument", word, found[0]);
+    return error_set(error, STATUS_USAGE, "%s: may stand for --%s, --%s%s", word, found[0], found[1],
+                     count > 2 ? " and others" : "");
+}
+
 /* Why getopt_long gave up. A letter may be a part of a longer word, or of a character of several bytes. */
-static enum status complain(int key, const char *word, const char *shorts, struct error *error)
+static enum status complain(int key, const char *word, const struct getopt_tables *tables, struct error *error)
 {
     unsigned char letter = optopt <= UCHAR_MAX ? (unsigned char)optopt : 0; /* glibc: negative from 0x80 on */
-    bool unknown = letter && (letter == ':' || !strchr(shorts, letter));
+    bool unknown = letter && (letter == ':' || !strchr(tables->shorts, letter));
     if (key == ':')
         return error_set(error, STATUS_USAGE, "%s: expected an argument", word);
     if (unknown && isprint(letter))
         return error_set(error, STATUS_USAGE, "unknown option -%c", letter);
     if (unknown)
         return error_set(error, STATUS_USAGE, "unknown option -\\x%02x", letter);
-    return error_set(error, STATUS_USAGE, "%s: unknown, ambiguous or wrongly used option", word);
+    return complain_of_long(word, tables->longs, error);
 }
 
 enum status options_parse(int argc, char **argv, const struct option_spec *specs,
@@ -68,7 +90,7 @@ enum status options_parse(int argc, char **argv, const struct option_spec *specs
         if (key == -1)
             break;
         if (key == ':' || key == '?')
-            return complain(key, argv[optind - 1], tables.shorts, error);
+            return complain(key, argv[optind - 1], &tables, error);
         enum status status = handle(context, key, optarg, error);
         if (status != STATUS_OK)
             return status;

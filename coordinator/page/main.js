@@ -68,7 +68,7 @@ function updateFigures(job) {
   put('samples', job.samples === null ? '–' : job.samples.toFixed(job.error ? 1 : 0));
   put('size', `${job.width}×${job.height}`);
   smallBelow('worker-count', String(present.length),
-    `${threads} threads` + (state.refused ? `, ${state.refused} refused` : ''));
+    `${threads} thread${threads === 1 ? '' : 's'}` + (state.refused ? `, ${state.refused} refused` : ''));
   const bar = document.getElementById('progress');
   bar.value = job.rows_done / job.height;
   document.title = `${percent(job.rows_done / job.height)} ${job.scene.split('/').pop()} – weft`;
@@ -103,6 +103,7 @@ function sayGone() {
   if (!state) say('The coordinator does not answer; asking again.', true);
   else if (isOver()) say(`${outcome()}; the coordinator has ended.`);
   else say('The coordinator has ended, or cannot be reached; what is shown is its last word. Asking again.', true);
+  if (!state || !isOver()) document.title = 'No answer – weft';
 }
 
 // --- the log ---------------------------------------------------------------------------------------------------

@@ -73,11 +73,11 @@ function drawBands(job, done) {
   for (const band of job.bands) if (band.state === 'in work') paintWork(context, job, band);
 }
 
-// Who is seen in the picture: number and rows.
+// Who is seen in the picture: number and rows of those with most rows, in an order that stays.
 function drawLegend(done, workers) {
   const rows = new Map();
   for (const share of done) rows.set(share.worker, (rows.get(share.worker) ?? 0) + share.rows);
-  const entries = [...rows].sort((a, b) => b[1] - a[1]).slice(0, 24);
+  const entries = [...rows].sort((a, b) => b[1] - a[1]).slice(0, 24).sort((a, b) => a[0] - b[0]);
   legend.replaceChildren(...entries.map(([number, its]) => {
     const item = document.createElement('li'), swatch = document.createElement('span');
     swatch.className = 'swatch';

@@ -43,8 +43,8 @@ function show(plot, samples) {
   const svg = document.getElementById(`${plot.id}-plot`);
   const known = samples.map(sample => sample[plot.key]).filter(value => value !== null);
   const span = samples.length ? samples.at(-1).elapsed - samples[0].elapsed : 0;
-  document.getElementById(`${plot.id}-now`).textContent =
-    known.length ? `${plot.text(known.at(-1))}, at most ${plot.text(Math.max(...known))}` : '';
+  document.getElementById(`${plot.id}-peak`).textContent =
+    known.length ? `at the peak ${plot.text(Math.max(...known))}` : '';
   svg.parentElement.querySelector('.axis span').textContent = span ? `${duration(span)} ago` : '';
   if (known.length < 2) {
     svg.setAttribute('aria-label', `${plot.name}: not known yet`);

@@ -4,18 +4,20 @@ import {colour, count, put} from './text.js';
 
 const most = 500; // rows of the table
 
+// Who is well and who is not comes first: on a narrow screen the rest is scrolled to.
 const columns = [
   {key: 'number', title: 'Worker', number: true, text: worker => String(worker.number)},
   {key: 'host', title: 'Machine', text: worker => worker.host},
-  {key: 'pid', title: 'Process', number: true, text: worker => String(worker.pid)},
-  {key: 'threads', title: 'Threads', number: true, text: worker => String(worker.threads)},
-  {key: 'kernel', title: 'Kernel', text: worker => worker.kernel},
   {key: 'state', title: 'State', text: worker => worker.state},
-  {key: 'bands_held', title: 'Bands held', number: true, text: worker => String(worker.bands_held)},
+  {key: 'trouble', title: 'Last trouble', text: worker => worker.trouble ?? 'none'},
   {key: 'rows_done', title: 'Rows done', number: true, text: worker => String(worker.rows_done)},
   {key: 'rays_per_second', title: 'Rays a second', number: true, text: worker => count(worker.rays_per_second)},
-  {key: 'trouble', title: 'Last trouble', text: worker => worker.trouble ?? 'none'},
+  {key: 'bands_held', title: 'Bands held', number: true, text: worker => String(worker.bands_held)},
+  {key: 'threads', title: 'Threads', number: true, text: worker => String(worker.threads)},
+  {key: 'kernel', title: 'Kernel', text: worker => worker.kernel},
+  {key: 'pid', title: 'Process', number: true, text: worker => String(worker.pid)},
 ];
+const troubleIndex = columns.findIndex(column => column.key === 'trouble');
 
 const body = document.getElementById('worker-rows'), hideGone = document.getElementById('hide-gone');
 const rows = new Map(); // of the table, by the worker's number
@@ -81,7 +83,7 @@ function fill(row, worker) {
     const text = row.children[i].lastChild, value = column.text(worker);
     if (text.data !== value) text.data = value;
   });
-  row.lastChild.className = worker.trouble ? 'trouble' : '';
+  row.children[troubleIndex].className = worker.trouble ? 'trouble' : '';
 }
 
 function rowOf(worker) {

@@ -54,4 +54,9 @@ like "and footprints" "$out" '^  texture footprints: what'
 exits 0 "glass in glass" "$weft" check "$scenes/nested-glass.json"
 like "has boundaries" "$out" '^  boundaries: refracting objects may touch'
 
+if [ -w /dev/full ]; then
+    exits 4 "a full disk is noticed" bash -c "'$weft' check '$scenes/first.json' >/dev/full"
+    like "and said" "$err" '^weft: standard output cannot be written: No space left on device$'
+fi
+
 finish

@@ -113,4 +113,11 @@ exits 4 "an output that cannot be written" "$weft" compare white.pfm black.pfm -
 like "is told" "$err" '^weft: nosuch/d.png: '
 ok "nothing is left beside the pictures" [ "$(find . -name '*.part' | wc -l)" -eq 0 ]
 
+# --- what cannot be told --------------------------------------------------------------------------------------
+if [ -w /dev/full ]; then
+    exits 4 "a full disk is noticed" \
+        bash -c "'$weft' compare '$scenes/showcase.png' '$scenes/showcase.png' >/dev/full"
+    like "and said" "$err" '^weft: standard output cannot be written: No space left on device$'
+fi
+
 finish

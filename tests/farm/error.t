@@ -101,7 +101,7 @@ like "the line: time, samples, rays, error" "$out" \
 picture line.png glass "${size[@]}" --samples 4
 like "of a fixed number of samples too" "$out" "61×34, 4 samples a pixel, .*, $decibels\$"
 picture line.png glass "${size[@]}" --samples 1
-like "one sample is judged by a survey" "$out" ', RMSE 0\.[0-9]+ '
+like "one sample is judged by a survey" "$out" ', 1 sample a pixel, .*, RMSE 0\.[0-9]+ '
 picture line.png glass "${size[@]}" --error 0.0005 --max-samples 15
 like "a limit that is in the way is told" "$out" \
     ", $decibels, above 0\.0005: [0-9.]+ % of the pixels met the limit of 8 samples\$"

@@ -89,7 +89,7 @@ name="a secret that root gave to a group"
 nobody=(setpriv --reuid 65532 --regid 65532 --clear-groups)
 if [ "$(id -u)" = 0 ] && "${nobody[@]}" "$worker" --version >"$tmp/version" 2>&1; then
     given 440
-    like "$name is used" "$status $err" '^1 .*no coordinator answered within 1 s'
+    like "$name is used" "$err" '^weft-worker: no coordinator answered within 1 s'
     for mode in 460 444 450; do
         given $mode
         like "$name is refused with mode $mode" "$status $err" "^3 weft-worker: .*: expected a secret file .* 0$mode"

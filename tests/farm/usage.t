@@ -13,17 +13,19 @@ wrong() {
 }
 
 first=$scenes/first.json
+sources=$PWD
 cd "$tmp" || exit 1
 
 wrong 'unknown command "nosuch"' "$weft" nosuch
 wrong 'unknown command "--nosuch"' "$weft" --nosuch
 wrong 'expected a scene' "$weft" render
-wrong '--nosuch: unknown' "$weft" render --nosuch "$first"
+wrong '--nosuch: unknown option; see --help$' "$weft" render --nosuch "$first"
+wrong '--s: may stand for --size, --samples and others$' "$weft" render --s 4 "$first"
 wrong 'unknown option -Z' "$weft" render -Z "$first"
 wrong 'unknown option -Z' "$weft" render -qZ "$first"
 wrong '--size: expected an argument' "$weft" render "$first" --size
 wrong '-o: expected an argument' "$weft" render "$first" -o
-wrong '--quiet=1: unknown, ambiguous or wrongly used' "$weft" render --quiet=1 "$first"
+wrong '--quiet=1: --quiet takes no argument$' "$weft" render --quiet=1 "$first"
 for size in 5 5x 0x5 5x0 -5x5 65536x5 5x5x5 5X5 ' 5x5' 5.5x5 1e2x5 99999999999999999999x1 ''; do
     wrong "--size: expected WIDTHxHEIGHT, each from 1 to 65535, found \"$size\"" "$weft" render --size "$size" "$first"
 done
@@ -60,6 +62,37 @@ wrong '--progress: expected auto, bar, json or none, found "loud"' "$weft" rende
 wrong '--kernel: expected a kernel .*found "nosuch"' "$weft" render --kernel nosuch "$first"
 wrong '.*expected an output that ends with .png or .pfm' "$weft" render -o picture.jpg "$first"
 wrong '.*would both be written to first.png' "$weft" render "$first" "$first"
+
+# --- nothing is written over what is read ---------------------------------------------------------------------
+mkdir own
+cp "$first" own/scene.json
+cp "$scenes/textures/emblem.png" own/globe.png
+cat >own/globe.json <<'EOF'
+{"camera": {"from": [0, 0, 5], "at": [0, 0, 0]},
+ "objects": [{"type": "sphere", "radius": 1, "material": {"color": {"type": "image", "file": "globe.png"}}}]}
+EOF
+cp own/globe.png own/scene.png
+sed 's/globe.png/scene.png/' own/globe.json >own/ball.json
+echo 0123456789abcdef >own/token
+chmod 600 own/token
+cp -r own own.before
+for option in report log; do
+    wrong "--$option: expected another output than own/scene.json, which is read" \
+        "$weft" render --$option own/../own/scene.json own/scene.json
+    wrong "--$option: expected another output than own/token, which is read" \
+        "$weft" render --$option own/token --http 0 --http-token own/token "$first"
+done
+for option in output error-map; do
+    wrong ".*: expected another output than own/globe.png, which is read" \
+        "$weft" render --$option own/globe.png own/globe.json
+done
+cd own || exit 1
+wrong "globe.json: expected another output than globe.png, which is read" "$weft" render globe.json
+wrong "scene.json: expected another output than scene.png, which is read" "$weft" render scene.json ball.json -o .
+wrong "--output: expected another output than globe.png, which is read" \
+    "$weft" compare globe.png globe.png -o ./globe.png
+cd .. || exit 1
+exits 0 "all is as it was" diff -r own own.before
 
 wrong 'expected one scene' "$weft" check
 wrong 'expected one scene' "$weft" check "$first" "$first"
@@ -118,7 +151,7 @@ like "is told" "$err" '^weft: .*192\.0\.2\.1'
 ok "no picture was written" absent other.png
 
 # --- help -----------------------------------------------------------------------------------------------------
-cd "$OLDPWD" || exit 1
+cd "$sources" || exit 1
 exits 0 "weft --help" "$weft" --help
 commands=$out
 for command in $(sed -n 's/^    {"\([a-z]*\)", command_.*/\1/p' coordinator/main.c); do

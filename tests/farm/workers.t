@@ -100,6 +100,7 @@ ends 143 "SIGTERM ends the render" "$coordinator" 2 stuck
 # --- nobody there ---------------------------------------------------------------------------------------------
 exits 1 "--wait ends a worker whose coordinator does not come" "$worker" --wait 1 "tcp://127.0.0.1:$port"
 like "and it says so" "$err" '^weft-worker: no coordinator answered within 1 s$'
+like "and where it looked" "$err" "^weft-worker: looking for a coordinator at tcp://127.0.0.1:$port$"
 
 # --- refused --------------------------------------------------------------------------------------------------
 # The messages are those of common/wire/message.h: 15 bytes of header, then a HELLO's two digests of 32 bytes.

@@ -70,12 +70,15 @@ static const struct command_line command_lines[] = {
     {{"a", "--", "b"}, "[a b ]", NULL},
     {{"-"}, "[- ]", NULL}, /* standard input, by custom: an operand */
     {{"--"}, "[]", NULL},
-    {{"--wa"}, "", "--wa: unknown, ambiguous or wrongly used option"},
-    {{"--nonsense"}, "", "--nonsense: unknown, ambiguous or wrongly used option"},
-    {{"-q", "--nonsense=3"}, "q ", "--nonsense=3: unknown, ambiguous or wrongly used option"},
-    {{"--=3"}, "", "--=3: unknown, ambiguous or wrongly used option"}, /* a heading is none */
-    {{"--quiet=3"}, "", "--quiet=3: unknown, ambiguous or wrongly used option"},
-    {{"--once=3"}, "", "--once=3: unknown, ambiguous or wrongly used option"},
+    {{"--wa"}, "", "--wa: may stand for --wait, --watch"},
+    {{"--w=3"}, "", "--w=3: may stand for --wait, --watch"},
+    {{"--nonsense"}, "", "--nonsense: unknown option; see --help"},
+    {{"-q", "--nonsense=3"}, "q ", "--nonsense=3: unknown option; see --help"},
+    {{"--=3"}, "", "--=3: unknown option; see --help"}, /* a heading is none */
+    {{"--quiet=3"}, "", "--quiet=3: --quiet takes no argument"},
+    {{"--once=3"}, "", "--once=3: --once takes no argument"},
+    {{"--onc=3"}, "", "--onc=3: --once takes no argument"},
+    {{"-onc", "--qui="}, "o=nc ", "--qui=: --quiet takes no argument"},
     {{"-x"}, "", "unknown option -x"},
     {{"-qxv"}, "q ", "unknown option -x"},
     {{"-:q"}, "", "unknown option -:"},

@@ -62,7 +62,8 @@ async function watchToTheEnd() {
   await page.check('#by-worker');
   await until(async () => await page.locator('#legend li').count() === 2, 'both workers in the legend');
   const legend = await text(page, '#legend');
-  ok('workers have colours', /worker [12], .*: \d+ rows/.test(legend), legend);
+  ok('workers have colours, in the order of their numbers',
+     /worker 1, .*: \d+ rows[^]*worker 2, .*: \d+ rows/.test(legend), legend);
   await until(() => page.locator('#rate-plot path').count(), 'a plot');
   ok('the plot is put into words', /^Rays a second over the last .*: now/.test(
     await page.locator('#rate-plot').getAttribute('aria-label')));
@@ -114,6 +115,7 @@ async function watchFaults() {
   await render.kill();
   await until(async () => /has ended, or cannot be reached/.test(await text(page, '#status')), 'its end');
   ok('the end of the coordinator is said', await page.locator('#status.trouble').count() === 1);
+  ok('also in the title', /^No answer/.test(await page.title()), await page.title());
   const before = await done(page);
   await shoot(page, '6-coordinator-gone');
   const again = await Render.start(folder, command, render.port);
@@ -144,12 +146,12 @@ async function useKeyboard(render) {
   await page.keyboard.press('Tab');
   await page.keyboard.press('Space');
   ok('the space bar colours by worker', await page.isChecked('#by-worker'));
-  for (let i = 0; i < 8 && !/Threads/.test(await focused()); i++) await page.keyboard.press('Tab');
+  for (let i = 0; i < 12 && !/Threads/.test(await focused()); i++) await page.keyboard.press('Tab');
   await page.keyboard.press('Enter');
-  const heads = page.locator('#worker-heads th');
-  ok('Enter sorts by a column', await heads.nth(3).getAttribute('aria-sort') === 'ascending', await focused());
+  const head = page.locator('#worker-heads th', {hasText: 'Threads'});
+  ok('Enter sorts by a column', await head.getAttribute('aria-sort') === 'ascending', await focused());
   await page.keyboard.press('Enter');
-  ok('and the other way', await heads.nth(3).getAttribute('aria-sort') === 'descending');
+  ok('and the other way', await head.getAttribute('aria-sort') === 'descending');
   await shoot(page, '8-keyboard');
   await page.close();
 }
