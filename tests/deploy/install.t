@@ -28,8 +28,9 @@ echo theirs >"$root$prefix/bin/other"
 installs install 'make install, with spaces in DESTDIR and PREFIX' "DESTDIR=$root" "PREFIX=$prefix"
 for file in bin/weft bin/weft-worker bin/weft-ssh share/man/man1/weft.1 share/man/man1/weft-worker.1 \
     share/man/man1/weft-ssh.1 share/man/man5/weft-scene.5 share/bash-completion/completions/weft \
-    share/bash-completion/completions/weft-worker share/weft/weft.schema.json share/weft/report.schema.json \
-    share/weft/snapshot.schema.json share/doc/weft/README.md share/doc/weft/CHANGELOG.md \
+    share/bash-completion/completions/weft-worker share/bash-completion/completions/weft-ssh \
+    share/weft/weft.schema.json share/weft/report.schema.json share/weft/snapshot.schema.json \
+    share/doc/weft/README.md share/doc/weft/CHANGELOG.md \
     share/doc/weft/scenes/README.md share/doc/weft/examples/showcase.json share/doc/weft/deploy/README.md \
     lib/systemd/system/weft-worker.service lib/systemd/system/weft-worker@.service etc/default/weft-worker; do
     ok "$file" test -s "$root$prefix/$file"

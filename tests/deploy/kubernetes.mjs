@@ -30,7 +30,7 @@ function strangers(value, type, path) {
 // forbidden OBJECT: what the standard (kubernetes.io/docs/concepts/security/pod-security-standards) asks for and its pod
 // has otherwise.
 function forbidden(object) {
-    const pod = object.spec?.template?.spec;
+    const pod = object.kind === "Pod" ? object.spec : object.spec?.template?.spec;
     if (!pod) return [];
     const kinds = ["configMap", "downwardAPI", "emptyDir", "ephemeral", "persistentVolumeClaim", "projected", "secret"];
     const rules = [

@@ -34,6 +34,12 @@ wrong "a missing field" 's/^\( *\)selector:/\1selectors:/' 'Deployment weft-work
 wrong "a container that may become root" 's/allowPrivilegeEscalation: false/allowPrivilegeEscalation: true/' \
     'not restricted: worker: allowPrivilegeEscalation'
 
+is "and the pod for copying files" "$(check <deploy/kubernetes/files.yaml 2>&1)" "1 objects"
+like "which may not become root either" "$(sed s/runAsNonRoot/runAsRoot/ deploy/kubernetes/files.yaml | check 2>&1)" \
+    'not restricted: runAsNonRoot'
+is "it mounts the volume that there is" "$(sed -n 's/.*claimName: //p' deploy/kubernetes/files.yaml)" \
+    "$(sed -n 's/.*claimName: //p' deploy/kubernetes/coordinator.yaml)"
+
 count() { # PATTERN
     grep -Ec -e "$1" "$tmp/all.yaml"
 }
@@ -42,6 +48,15 @@ names=$(sed -n 's/^ *app.kubernetes.io\/name: //p' "$tmp/all.yaml" | sort -u)
 of_pods=$(awk '/^  template:/ { inside = 1 } inside && /name: weft-/ { print $2; inside = 0 }' "$tmp/all.yaml" | sort -u)
 is "every name in a selector is that of a pod" "$names" "$of_pods"
 exits 0 "the scene is a good one" "$weft" check deploy/kubernetes/scene.json
+
+cp -r deploy/kubernetes "$tmp/own"
+sed -i '/^# components:$/,/^# *- own-keys$/s/^# //' "$tmp/own/kustomization.yaml"
+exits 0 "kustomize gives each worker a key of its own" "$packages/kubectl" kustomize "$tmp/own"
+cp "$tmp/run.out" "$tmp/own.yaml"
+is "the API's types fit that too" "$(check <"$tmp/own.yaml" 2>&1)" "9 objects"
+like "a misspelt field is found there too" "$(sed 's/subPathExpr/subPathExpression/' "$tmp/own.yaml" | check 2>&1)" \
+    'StatefulSet weft-worker: .*subPathExpression|has no field "subPathExpression"'
+is "it has no worker of the other kind" "$(grep -c '^kind: Deployment' "$tmp/own.yaml")" 0
 
 # --- what they do ---------------------------------------------------------------------------------------------
 # mounted SECRET FILE...: a folder as the kubelet makes one of a Secret with defaultMode 0400 and fsGroup 65532: the
@@ -72,15 +87,16 @@ sed 's/"camera"/"image": {"width": 160, "height": 90}, \n &/' deploy/kubernetes/
 printf '127.0.0.1 localhost weft-coordinator\n' >"$tmp/hosts"
 mount --bind "$tmp/hosts" /etc/hosts
 
-# as_pod LABEL KIND KEYS: starts the pod's command with that folder of keys, as the user that it has there.
+# as_pod LABEL KIND KEYS OPTION...: starts the pod's command with that folder of keys, as the user that it has there.
 as_pod() {
     local words
-    mapfile -t words < <(check "$2" <"$tmp/all.yaml" |
+    mapfile -t words < <(check "$2" <"$manifests" |
         sed "s#^weft#$build/weft#; s#=/keys#=$tmp/$3#; s#^/scene/#$tmp/#; s#=/pictures#=$tmp/pictures#")
     [ "$2" = Job ] || words[-1]=${words[-1]#"$build/"} # the worker's last word is the service's name
     start "$1" setpriv --reuid 65532 --regid 65532 --clear-groups --no-new-privs --bounding-set=-all \
-        env -u XDG_RUNTIME_DIR TMPDIR="$tmp/pod" "${words[@]}"
+        env -u XDG_RUNTIME_DIR TMPDIR="$tmp/pod" "${words[@]}" "${@:4}"
 }
+manifests=$tmp/all.yaml
 as_pod early Deployment worker-keys
 worker_pod=$pid
 ok "a worker waits for its coordinator" wait_until "grep -q 'waiting for a coordinator' '$tmp/early.err'" 20 ||
@@ -100,6 +116,43 @@ chmod 444 "$tmp"/worker-keys/..data/*
 as_pod open Deployment worker-keys
 ends 3 "a secret that everybody may read is refused" "$pid" 20 open
 like "and that is said" "$(cat "$tmp/open.err")" 'worker.key: expected a secret file'
+
+# --- a key for each worker ------------------------------------------------------------------------------------
+cp "$tmp/keys/coordinator.pub" "$tmp"
+for i in 0 1 2; do
+    "$weft" keygen --worker "weft-worker-$i" "$tmp/keys" >>"$tmp/keygen.out"
+    cp "$tmp/keys/weft-worker-$i/worker.key" "$tmp/weft-worker-$i.key"
+done
+cp "$tmp/keys/workers" "$tmp/coordinator-keys/..data/"
+mounted own-keys "$tmp/coordinator.pub" "$tmp"/weft-worker-{0,1,2}.key
+
+# mounted_in POD: a folder with single files of the Secret, as the StatefulSet's volumeMounts have them.
+mounted_in() {
+    local target source
+    mkdir "$tmp/$1"
+    sed -n 's#.* mountPath: /keys/##p; s#^ *subPath\(Expr\)\?: ##p' "$tmp/own.yaml" | paste -d ' ' - - |
+        while read -r target source; do
+            : >"$tmp/$1/$target"
+            mount --bind "$(realpath "$tmp/own-keys/${source//\$(POD)/$1}")" "$tmp/$1/$target"
+        done
+}
+manifests=$tmp/own.yaml
+rm "$tmp/pictures/scene.png"
+as_pod audited Job coordinator-keys --audit 100 --report "$tmp/pictures/report.json"
+render=$pid
+pods=()
+for i in 0 1; do
+    mounted_in "weft-worker-$i"
+    as_pod "pod-$i" StatefulSet "weft-worker-$i"
+    pods+=("$pid")
+done
+ends 0 "with a key for each worker the render is completed" "$render" 60 audited
+same_bytes "with a key for each worker the picture is the same" "$tmp/pictures/scene.png" "$tmp/own.png"
+like "they audit each other" "$(cat "$tmp/pictures/report.json")" '"bands_audited":[1-9]'
+is "nobody else is needed for that" "$(grep -c ' joined: ' "$tmp/audited.err")" 2
+kill -TERM "${pods[@]}"
+wait "${pods[@]}"
+umount "$tmp"/weft-worker-?/*
 
 note "Could not be tried here: a cluster. What its API server would add and refuse, that its network keeps the policies,
 volumes of more than one node, probes and termination by a kubelet."

@@ -130,20 +130,48 @@ scancel --batch --signal=USR1 "$job" # as Slurm does before the time is over
 ok "the time is nearly over: that is said" wait_until "in_log '^weft.sbatch: the time is nearly over'" 30
 resumed "the time is nearly over"
 
+# again NAME STATE: the job ends in that state, all that is left is the journal, and the same job goes on from there.
+again() {
+    ok "$1: the job ends" wait_until "[ \"\$(state_of $job)\" = $2 ]" 60
+    ok "$1: its processes too" wait_until "[ -z \"\$(processes weft)\$(processes weft-worker)\" ]" 20
+    ok "$1: and its keys" wait_until "absent .weft-$job" 20
+    ok "$1: the journal stays" [ -s .long.png.journal ]
+    rm "weft-$job.log"
+    submit "${long[@]}" -o long.png
+    over "$1: the same job again" COMPLETED 0:0
+    ok "$1: the same job again: the render went on" in_log 'going on from its journal: [0-9]+ of 90'
+    same_bytes "$1: the same job again: the picture is the same" long.png "$tmp/long.png"
+    tidy "$1: the same job again" long.png "weft-$job.log"
+}
 submit "${long[@]}" -o long.png
 in_the_middle 10
 scancel "$job"
-ok "scancel: the job ends" wait_until "[ \"\$(state_of $job)\" = CANCELLED ]" 20
-ok "scancel: its processes too" wait_until "[ -z \"\$(processes weft)\$(processes weft-worker)\" ]" 20
-ok "scancel: and its keys" wait_until "absent .weft-$job" 20
-ok "scancel: the journal stays" [ -s .long.png.journal ]
-rm "weft-$job.log"
-submit "${long[@]}" -o long.png
-over "the same job again" COMPLETED 0:0
-ok "the same job again: the render went on" in_log 'going on from its journal: [0-9]+ of 90'
-same_bytes "the same job again: the picture is the same" long.png "$tmp/long.png"
-tidy "the same job again" long.png "weft-$job.log"
+again scancel CANCELLED
+
+# --- jobs whose time is over ----------------------------------------------------------------------------------
+# Slurm looks at the time every 30 seconds. Until then the workers are held, or the render would be complete. So it can
+# be a shorter one.
+hold() {
+    # shellcheck disable=SC2046 # a list of numbers
+    kill -STOP $(processes weft-worker)
+}
+long=("${long[@]/#$samples/$((samples / 2))}")
+"$weft" render "${long[@]:0:5}" -q -o "$tmp/long.png"
+
+SBATCH_TIMELIMIT=1 submit "${long[@]}" -o long.png
+in_the_middle 10
+hold
+ok "a minute's job: Slurm signals it" wait_until "in_log '^weft.sbatch: the time is nearly over'" 60
+ok "a minute's job: it is queued again" wait_until "[ \"\$(state_of $job)\" = PENDING ]" 60
+scontrol update JobId="$job" TimeLimit=30 # or it would be queued every 30 seconds
+resumed "a minute's job"
+
+SBATCH_SIGNAL=CONT@1 submit "${long[@]}" -o long.png # nothing that the script would heed
+in_the_middle 10
+hold
+scontrol update JobId="$job" EndTime=now+1
+again "a job that does not heed its time" TIMEOUT
 
 note "Could not be tried here: a shared folder other than one machine's, nodes with names and addresses of their own,
-cores given by control groups, and a job that really lasts until its time is over."
+and cores given by control groups."
 finish

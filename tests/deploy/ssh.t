@@ -2,8 +2,7 @@
 # weft-ssh against a real sshd on loopback, under several names: the same bytes, whatever happens to connections, and
 # nothing left behind.
 #
-# Not tried: a link that goes silent without being closed (ssh gives it up after 15 s, the worker there after 60), and
-# hosts that are other machines.
+# Not tried: hosts that are other machines (silent.t has those that are network namespaces, and links that go silent).
 . tests/tap.sh
 for program in ssh ssh-keygen pgrep; do
     command -v $program >/dev/null || skip_all "no $program here; not tried"

@@ -36,6 +36,9 @@ for command in $commands; do
 done
 offers "$(options_of weft-worker)" weft-worker --
 offers "$(options_of weft-worker)" "$worker" --
+offers "$(options_of weft render | sed 's/--listen //')" weft-ssh hosts.txt --
+offers '--filter' "$PWD/deploy/weft-ssh" hosts.txt room.json --fi
+offers '--help --version' weft-ssh --
 
 # --- what options take ----------------------------------------------------------------------------------------
 kernels='ref sse2 avx2 avx512 neon'
@@ -67,6 +70,10 @@ offers 'folder keys picture.png' weft render --error-map ''
 offers 'room.json' weft render --report r
 offers 'room.json' weft render --quiet r
 offers 'room.json' weft render -q r
+offers 'folder keys light.pfm notes.txt old.nff picture.png room.json two words.json' weft-ssh ''
+offers 'notes.txt' weft-ssh n
+offers 'folder keys old.nff room.json two words.json' weft-ssh notes.txt ''
+offers 'folder keys light.pfm picture.png' weft-ssh notes.txt room.json -o ''
 cd "$OLDPWD" || exit 1
 
 finish
