@@ -19,13 +19,14 @@ struct sample_position sample_position(uint32_t x, uint32_t y, uint32_t index, u
     return (struct sample_position){sample_spread(shares.x, filter), sample_spread(shares.y, filter)};
 }
 
-struct sample_cells sample_cells(uint32_t first, uint32_t end)
+struct sample_cells sample_cells(uint32_t first, uint32_t end, enum pixel_filter filter)
 {
     uint32_t count = end - first;
+    bool is_net = count > 1 && !(count & (count - 1)) && first % count == 0;
     struct sample_cells cells = {1, 1};
-    if (count == 1 || (count & (count - 1)) || first % count)
+    if (end == 1 || (!is_net && filter == FILTER_BOX))
         return (struct sample_cells){0, 0};
-    while (cells.across * cells.down < count)
+    while (2 * (uint64_t)cells.across * cells.down <= (is_net ? count : end))
         *(cells.across > cells.down ? &cells.down : &cells.across) *= 2;
     return cells;
 }

@@ -18,7 +18,6 @@
 #define WEFT_TRACE_SAMPLE_H
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/hash.h"
@@ -91,32 +90,28 @@ struct sample_cell {
     double middle, width; /* pixels; the middle from the pixel's edge */
 };
 
-/* That of shares low .. high of the tent: the box with the mean and the variance of that part of it, so that boxes side
- * by side add up to a filter with those of the tent. On its left half, the tent's density at a distance r from its end
- * is r, and the share before it r²/2; between r0 and r1 the mean is 2/3 (r0² + r0 r1 + r1²) / (r0 + r1), and the
- * variance (r1 − r0)² (r0² + 4 r0 r1 + r1²) / (18 (r0 + r1)²). The right half is the same from behind; all of the tent
- * varies by 1/6, a box by 1/12 of its width's square. */
-static inline struct sample_cell sample_cell_of_tent(double low, double high)
+/* Where the share 0 <= u < 1 of stairs that stand for the tent lies before: boxes as wide as a stair, 1/steps, and spread
+ * as the stairs are add up to the tent. Stair j of 1 .. steps, up to the middle, is j high in proportion, and j (j + 1) / 2
+ * lie before its end; the other half is the same from behind. */
+static inline double sample_on_stairs(double u, double steps)
 {
-    bool is_all = high - low == 1, is_right = low >= 0.5;
-    double r0 = sqrt(2 * (is_right ? 1 - high : low)), r1 = sqrt(2 * (is_right ? 1 - low : high));
-    double sum = r0 + r1, product = r0 * r1, squares = r0 * r0 + r1 * r1;
-    double mean = (2.0 / 3) * (squares + product) / sum;
-    double width = (r1 - r0) * sqrt((2.0 / 3) * (squares + 4 * product)) / sum;
-    double middle = is_right ? 1.5 - mean : mean - 0.5;
-    return (struct sample_cell){is_all ? 0.5 : middle, is_all ? sqrt(2) : width};
+    double before = (u < 0.5 ? u : 1 - u) * steps * steps;
+    double climbed = math_floor(0.5 * (sqrt(8 * before + 1) - 1));
+    double x = -0.5 + (0.5 + climbed + (before - 0.5 * climbed * (climbed + 1)) / (climbed + 1)) / steps;
+    return u < 0.5 ? x : 1 - x;
 }
 
-/* Each 2^k samples from a multiple of 2^k on are a net: one lies in each of the cells that cut the filter into 2^a
- * shares across and 2^b down, a + b = k. So if each sample stands for its cell, what is averaged over cells (a texture)
- * is averaged over the filter without a gap or an overlap (by the tent: but for how its parts slope), wherever in their
- * cells the samples lie. */
+/* What a sample stands for where a pixel's samples are a net: each 2^k samples from a multiple of 2^k on are, one in each
+ * of the cells that cut the filter into 2^a shares across and 2^b down, a + b = k. By the box, it stands for its cell: so
+ * what is averaged over cells (a texture) is averaged over the pixel without a gap or an overlap, wherever in their cells
+ * the samples lie. By the tent, whose cells are of unequal width, it stands for a box of their mean width, which lies so
+ * that on average it is the tent that is averaged over. */
 static inline struct sample_cell sample_cell(double share, double cells, enum pixel_filter filter)
 {
-    double cell = math_floor(share * cells), low = cell / cells, high = (cell + 1) / cells;
+    double steps = cells > 1 ? 0.5 * cells : 1; /* the tent is two pixels wide */
     if (filter == FILTER_TENT)
-        return sample_cell_of_tent(low, high);
-    return (struct sample_cell){0.5 * (low + high), high - low};
+        return (struct sample_cell){sample_on_stairs(share, steps), 1 / steps};
+    return (struct sample_cell){(math_floor(share * cells) + 0.5) / cells, 1 / cells};
 }
 
 /* How wide a sample is, in pixels, that stands for no cell: by 1/√count narrower than the box that varies as much as
@@ -131,8 +126,9 @@ struct sample_cells {
     uint32_t across, down;
 };
 
-/* Those of samples first .. end − 1; {0, 0} if these are not such a block, or but one sample. */
-struct sample_cells sample_cells(uint32_t first, uint32_t end);
+/* Those of samples first .. end − 1 of a pixel; {0, 0}: these stand for no cells, but for what is around them. By the box
+ * a block that is no net does, for its cells would leave gaps; by the tent only a pixel's first sample alone. */
+struct sample_cells sample_cells(uint32_t first, uint32_t end, enum pixel_filter filter);
 
 /* The index-th of `count` samples of pixel (x, y). */
 struct sample_position sample_position(uint32_t x, uint32_t y, uint32_t index, uint32_t count,

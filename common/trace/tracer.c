@@ -119,7 +119,8 @@ static void number_pixel(struct tracer *tracer, uint32_t pixel, uint32_t sample,
 static void start_paths(struct tracer *tracer, size_t count, uint32_t first, uint32_t end)
 {
     struct generation *g = &tracer->generation;
-    struct camera_rays rays = {count, end, tracer->salt, sample_cells(first, end),
+    struct camera_rays rays = {count, end, tracer->salt,
+                               sample_cells(first, end, tracer->generation.plan->settings.filter),
                                tracer->pixel_x, tracer->pixel_y, tracer->digits_x, tracer->digits_y,
                                tracer->x, tracer->y};
     uint32_t medium = camera_medium(g);

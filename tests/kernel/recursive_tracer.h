@@ -505,7 +505,7 @@ static struct walk camera_walk(const struct plan *plan, uint32_t x, uint32_t y, 
     enum pixel_filter filter = plan->settings.filter;
     struct sample_position at = sample_position(x, y, index, samples, filter);
     struct sample_position share = sample_shares(x, y, sample_digits(index), 0);
-    struct sample_cells cells = sample_cells(0, samples);
+    struct sample_cells cells = sample_cells(0, samples, filter);
     const struct plan_camera *camera = &plan->camera;
     struct vec3 v = vec3_add_scaled(camera->corner, camera->right, x + at.x);
     v = vec3_add_scaled(v, camera->down, y + at.y);

@@ -168,7 +168,8 @@ static void start_camera_paths(struct generation *g, size_t count, uint32_t samp
 {
     static uint32_t pixel_x[BATCH_MAX], pixel_y[BATCH_MAX], digits_x[BATCH_MAX], digits_y[BATCH_MAX];
     static double x[BATCH_MAX], y[BATCH_MAX];
-    struct camera_rays rays = {count, samples, 0, sample_cells(0, samples), pixel_x, pixel_y, digits_x, digits_y, x, y};
+    struct sample_cells cells = sample_cells(0, samples, g->plan->settings.filter);
+    struct camera_rays rays = {count, samples, 0, cells, pixel_x, pixel_y, digits_x, digits_y, x, y};
     for (uint32_t i = 0; i < count; i++) {
         struct sample_digits digits = sample_digits(i % samples);
         pixel_x[i] = hash_u32(i) % 32;
