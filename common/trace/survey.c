@@ -26,14 +26,17 @@ enum {
 /* Renders aim a little below the error that they must meet: surveys are off by as much. */
 #define AIM 0.8
 
-/* Pixels may have to be so small a share off of what is asked for, where all are uneven. */
+/* Pixels may have to be so small a share off of what is asked for, where all are uneven. They are followed to so many
+ * measures less, two doublings of that share: where few are uneven no finer threshold is chosen, and surveys would take
+ * half as long again. */
 #define FINEST_SHARE 0.1
+enum { FOLLOWED_LESS = 16 };
 
 /* With twice the samples a pixel's squared error is so much of what it was: 0.35 where one edge crosses it
  * (samples^-1.5), nearer 0.5 where much lies within it. */
 #define FALL 0.4
 
-/* Pixels whose first measures are at most so much below the finest threshold hardly matter: few are followed. The
+/* Pixels whose first measures are at most so much below those that are followed hardly matter: few are followed. The
  * roots of such a pixel and its neighbours may lie apart by 23 times the error that is asked for. Following all of
  * them, surveys came to the same and took up to twice as long. */
 enum { LOOKS_EVEN = 40 };
@@ -150,6 +153,7 @@ static void survey_blocks(struct tracer *tracer, const struct sampling *sampling
 {
     struct pixel_history *histories = memory_array(count * BLOCK_SIDE * BLOCK_SIDE, sizeof *histories);
     struct sampling limited = *sampling;
+    limited.threshold -= limited.threshold < FOLLOWED_LESS ? limited.threshold : FOLLOWED_LESS;
     uint32_t even = limited.threshold > LOOKS_EVEN ? limited.threshold - LOOKS_EVEN : 0;
     limited.most = limited.most > most ? most : limited.most;
     size_t pixels = tracer_histories(tracer, &limited, even, blocks, count, histories, counts);
