@@ -161,7 +161,7 @@ static bool has_seen_all(struct board *board, int64_t now_ms)
 
 void board_linger(struct board *board)
 {
-    enum { LONGEST_MS = 1500, STEP_NS = 20 * 1000 * 1000 };
+    enum { LONGEST_MS = 3000, STEP_NS = 20 * 1000 * 1000 };
     int64_t begun_ms = clock_now_ms(), now_ms = begun_ms;
     pthread_mutex_lock(&board->mutex);
     bool watched = board->over && board->looked_ms > 0 && begun_ms - board->looked_ms < RECENT_MS;

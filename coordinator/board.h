@@ -35,7 +35,7 @@ void board_publish(struct board *board, const struct snapshot *snapshot, int64_t
 void board_add_line(struct board *board, enum log_level level, const char *text);
 
 /* Returns once whoever has looked within the last seconds has seen the last state, and all that belongs to it, or will
- * hardly any more: after 1.5 s at the latest, at once if nobody has looked. */
+ * hardly any more: after 3 s at the latest, at once if nobody has looked. */
 void board_linger(struct board *board);
 
 /* --- the side of the one who answers: one thread --- */

@@ -34,7 +34,7 @@ int http_bell(const struct http_server *server);
 int http_wait_ms(struct http_server *server, int64_t now_ms);
 void http_publish(struct http_server *server, const struct snapshot *snapshot, int64_t now_ms, bool last);
 
-/* Where a page has the last state to show, waits up to 1.5 s until it has it. */
+/* Where a page has the last state to show, waits up to 3 s until it has it. */
 void http_linger(struct http_server *server);
 
 /* Ends all connections, frees *server and sets it to NULL; *server may be NULL. */

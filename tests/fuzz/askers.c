@@ -111,13 +111,13 @@ static void take_part(struct asker_seen *asker, const struct message *message)
 /* A whole answer is what a snapshot is read from; only the last one is read, which takes its time. */
 static void check_answer(const struct bytes *text)
 {
-    struct snapshot_reading reading;
     struct error error;
     require(text->size > 2 && text->data[0] == '{' && memcmp(text->data + text->size - 2, "}\n", 2) == 0);
     if (!run.inquiry.last)
         return;
-    require(snapshot_read_json(&reading, (const char *)text->data, text->size, &error) == STATUS_OK);
-    snapshot_reading_finish(&reading);
+    struct snapshot *snapshot = snapshot_read_json((const char *)text->data, text->size, &error);
+    require(snapshot);
+    free(snapshot);
 }
 
 static void tell_honest(const struct wire_peer *to, const void *data, size_t size)

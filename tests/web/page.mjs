@@ -78,7 +78,7 @@ async function watchToTheEnd() {
   await page.check('input[value=picture]');
   await until(async () => /is done/.test(await text(page, '#status')), 'the end', 120000);
   ok('the page sees the end', await done(page) === 100, await text(page, '#percent'));
-  await until(async () => await painted(page, '#picture') === 1, 'the whole picture', 3000);
+  await until(async () => await painted(page, '#picture') === 1, 'the whole picture', 6000);
   ok('the render ends with 0', await render.ended === 0);
   await until(async () => /the coordinator has ended/.test(await text(page, '#status')), 'the coordinator\'s end');
   await shoot(page, '4-done');
