@@ -4,6 +4,7 @@
 
 machine loom heddle shuttle
 "$weft" render "${steady[@]}" -q -o "$tmp/steady.png"
+"$weft" render "${slow[@]}" -q -o "$tmp/slow.png"
 
 # until_lost LABEL WORKER: waits until the worker has noticed that it hears nothing.
 until_lost() {
@@ -24,7 +25,7 @@ kill -TERM "$victim"
 ends 0 "one of two links cut for good: its worker can be ended" "$victim" 10 victim
 heal loom
 
-coordinator healed "${steady[@]}"
+coordinator healed "${slow[@]}" # much must be left to do when all three links have their faults
 render=$pid
 declare -A worker_on # MACHINE: its worker
 for machine in loom heddle shuttle; do
@@ -42,7 +43,7 @@ ok "a worker that is not heard for a while: the coordinator notices" \
 for machine in loom heddle shuttle; do
     heal "$machine"
 done
-complete "all links healed" healed "$render" "$tmp/steady.png"
+complete "all links healed" healed "$render" "$tmp/slow.png"
 ok "all links healed: workers have joined again" said healed joined 4
 for machine in loom heddle shuttle; do
     kill -TERM "${worker_on[$machine]}"
