@@ -5,7 +5,7 @@
 mkdir "$tmp/pictures"
 slow=("${slow[@]:0:5}" --samples "$([ "$mode" = sanitize ] && echo 24 || echo 120)") # many of them: half as long
 quick=("$scenes/showcase.json" --size 160x90 --samples "${slow[-1]}") # the same picture as slow, by a faster kernel
-adaptive=("$scenes/showcase.json" --size 160x90 --error 0.003)
+adaptive=("$scenes/showcase.json" --size 160x90 --error "$([ "$mode" = sanitize ] && echo 0.002 || echo 0.0015)")
 "$weft" render "${quick[@]}" -q -o "$tmp/slow.png"
 "$weft" render "${adaptive[@]}" -q -o "$tmp/adaptive.png"
 
@@ -89,7 +89,7 @@ like "other settings: it says so" "$err" 'stale\.png: its journal is of a render
 rm "$tmp/pictures/stale.png"
 
 cp "$scenes/first.json" "$tmp/scene.json"
-first=("$tmp/scene.json" --size 160x90 --samples "${slow[-1]}")
+first=("$tmp/scene.json" --size 160x90 --samples "$((4 * ${slow[-1]}))") # a cheap scene
 interrupt scene 20 KILL "${first[@]}" --kernel ref
 sed -i 's/^{/{ /' "$tmp/scene.json"
 exits 0 "a changed scene: the render is done" "$weft" render "${first[@]}" -o "$tmp/pictures/scene.png"
