@@ -152,7 +152,7 @@ void board_add_line(struct board *board, enum log_level level, const char *text)
 /* The last state was seen, and nothing has been asked for since. */
 static bool has_seen_all(struct board *board, int64_t now_ms)
 {
-    enum { SILENCE_MS = 400 };
+    enum { SILENCE_MS = 1000 };
     pthread_mutex_lock(&board->mutex);
     bool seen = board->last_seen_ms > 0 && now_ms - board->looked_ms > SILENCE_MS;
     pthread_mutex_unlock(&board->mutex);

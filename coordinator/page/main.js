@@ -12,25 +12,26 @@ const period = 1000, hiddenPeriod = 5000; // ms
 const status = document.getElementById('status'), scene = document.getElementById('scene');
 const lines = document.getElementById('lines'), tokenForm = document.getElementById('token-form');
 
-let state = null;  // as it was told last,
-let run = null;    // and by whom
-let nextLine = 0;  // of the log
-let wake = null;   // ends the pause between two rounds
+let state = null;     // as it was told last,
+let run = null;       // and by whom
+let nextLine = 0;     // of the log
+let hurried = false; // something else is to be shown
+let wake = () => {}; // ends the pause between two rounds
 
 // --- which scene -----------------------------------------------------------------------------------------------
 
 const open = job => job.state === 'surveying' || job.state === 'running';
 
-function currentIndex() {
-  const running = state.jobs.findIndex(open);
+function currentIndex({jobs}) {
+  const running = jobs.findIndex(open);
   if (running >= 0) return running;
-  const waiting = state.jobs.findIndex(job => job.state === 'waiting');
-  return waiting >= 0 ? waiting : state.jobs.length - 1;
+  const waiting = jobs.findIndex(job => job.state === 'waiting');
+  return waiting >= 0 ? waiting : jobs.length - 1;
 }
 
-function chosenIndex() {
+function chosenIndex(told) {
   const chosen = Number(scene.value);
-  return scene.value === '' || chosen >= state.jobs.length ? currentIndex() : chosen;
+  return scene.value === '' || chosen >= told.jobs.length ? currentIndex(told) : chosen;
 }
 
 function updateChoice() {
@@ -93,7 +94,7 @@ const doing = {waiting: 'Waiting for workers:', surveying: 'Surveying', running:
 
 // Of the render as a whole, whichever scene is shown.
 function sayState() {
-  const index = currentIndex(), job = state.jobs[index];
+  const index = currentIndex(state), job = state.jobs[index];
   const which = state.jobs.length > 1 ? `scene ${index + 1} of ${state.jobs.length}, ` : '';
   if (isOver()) say(outcome(), state.jobs.some(each => each.state === 'failed'));
   else say(`${doing[job.state]} ${which}${job.scene}`);
@@ -119,9 +120,8 @@ function lineOf(entry) {
   return item;
 }
 
-async function updateLog() {
+function updateLog(log) {
   const most = 500, box = document.getElementById('log-lines');
-  const log = await server.askJson(`/api/log?from=${nextLine}`);
   const atEnd = box.scrollTop + box.clientHeight >= box.scrollHeight - 4;
   lines.append(...log.lines.map(lineOf));
   while (lines.children.length > most) lines.firstChild.remove();
@@ -132,28 +132,38 @@ async function updateLog() {
 // --- rounds ----------------------------------------------------------------------------------------------------
 
 // Another process answers: what the last one has said of its workers and in its log is past.
-function beginRun() {
+function beginRun(teller) {
   if (run !== null) {
     lines.replaceChildren();
     workers.forget();
   }
-  run = server.run;
-  nextLine = 0;
+  run = teller;
 }
 
+// All that a round shows.
+async function ask() {
+  const told = await server.askJson('/api/job'), teller = server.run;
+  const index = chosenIndex(told);
+  const log = await server.askJson(`/api/log?from=${teller === run ? nextLine : 0}`);
+  const history = await server.askJson('/api/history');
+  const view = await picture.ask(index);
+  if (server.run !== teller) return ask(); // meanwhile another one answers
+  return {told, teller, index, log, history, view};
+}
+
+// What belongs together is shown at once.
 async function round() {
-  const told = await server.askJson('/api/job');
+  const {told, teller, index, log, history, view} = await ask();
   askForToken(false);
-  if (server.run !== run) beginRun();
+  if (teller !== run) beginRun(teller);
   state = told;
   updateChoice();
-  const index = chosenIndex();
   sayState();
   updateFigures(state.jobs[index]);
   workers.update(state.workers);
-  await updateLog();
-  plots.update((await server.askJson('/api/history')).samples);
-  await picture.update(state, index);
+  updateLog(log);
+  plots.update(history.samples);
+  picture.update(state.jobs[index], view, state.workers);
 }
 
 function askForToken(wanted) {
@@ -180,20 +190,26 @@ async function roundWhateverComes() {
 
 function pause() {
   return new Promise(resolve => {
-    const timer = setTimeout(resolve, document.hidden ? hiddenPeriod : period);
+    const timer = setTimeout(resolve, hurried ? 0 : document.hidden ? hiddenPeriod : period);
     wake = () => { clearTimeout(timer); resolve(); };
   });
 }
 
-document.getElementById('render').addEventListener('change', () => wake?.());
-document.addEventListener('visibilitychange', () => wake?.());
+function hurry() {
+  hurried = true;
+  wake();
+}
+
+document.getElementById('render').addEventListener('change', hurry);
+document.addEventListener('visibilitychange', hurry);
 tokenForm.addEventListener('submit', event => {
   event.preventDefault();
   server.setToken(document.getElementById('token').value);
-  wake?.();
+  hurry();
 });
 
 for (;;) {
+  hurried = false;
   await roundWhateverComes();
   await pause();
 }

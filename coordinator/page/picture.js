@@ -13,33 +13,37 @@ const titles = {
   error: 'A map of the estimated error',
 };
 
-let shown = null;  // which coordinator's which picture of which scene is on the canvas,
+let shown = null;   // which coordinator's which picture of which scene is on the canvas,
 let version = null; // and the version of it that the coordinator has given
 
-export function chosen() {
+function chosen() {
   return document.querySelector('input[name=show]:checked').value;
 }
 
-// Something else will be shown: what is there is not it.
-function begin(what) {
-  shown = what;
-  version = null;
-  picture.getContext('2d').clearRect(0, 0, picture.width, picture.height);
+// What there is to show of scene number `index`: which picture of whose, its version and its image (null: as it was), and
+// whose its rows are, where that is wanted.
+export async function ask(index) {
+  const kind = chosen();
+  const response = await server.ask(`/preview.png?job=${index}&show=${kind}`,
+    {headers: version ? {'If-None-Match': version} : {}, good: [200, 304]});
+  return {
+    kind,
+    what: `${server.run} ${index} ${kind}`,
+    version: response.headers.get('ETag'),
+    image: response.status === 304 ? null : await createImageBitmap(await response.blob()),
+    rows: byWorker.checked ? (await server.askJson(`/api/rows?job=${index}`)).rows : null,
+  };
 }
 
-async function load(job) {
-  const show = chosen();
-  const response = await server.ask(`/preview.png?job=${job}&show=${show}`,
-    {headers: version ? {'If-None-Match': version} : {}, good: [200, 304]});
-  const what = `${server.run} ${job} ${show}`;
-  if (what !== shown) begin(what);
-  if (response.status === 304) return;
-  const image = await createImageBitmap(await response.blob());
-  version = response.headers.get('ETag');
-  picture.width = image.width;
-  picture.height = image.height;
-  document.getElementById('frame').style.setProperty('--aspect', image.width / image.height);
-  picture.getContext('2d').drawImage(image, 0, 0);
+function drawPicture(view) {
+  if (view.what !== shown) picture.getContext('2d').clearRect(0, 0, picture.width, picture.height);
+  shown = view.what;
+  version = view.version;
+  if (!view.image) return;
+  picture.width = view.image.width;
+  picture.height = view.image.height;
+  document.getElementById('frame').style.setProperty('--aspect', view.image.width / view.image.height);
+  picture.getContext('2d').drawImage(view.image, 0, 0);
 }
 
 // Paints rows first..first + rows of the scene over the picture.
@@ -90,25 +94,22 @@ function drawLegend(done, workers) {
   if (rows.size > entries.length) legend.append(`and ${rows.size - entries.length} more`);
 }
 
-function describe(job) {
-  const show = chosen();
-  const label = `${titles[show]} of ${job.scene}: ${percent(job.rows_done / job.height)} of its rows are there` +
+function describe(job, kind) {
+  const label = `${titles[kind]} of ${job.scene}: ${percent(job.rows_done / job.height)} of its rows are there` +
     (job.rmse === null ? '' : `, estimated error ${error(job.rmse)}`);
   if (picture.getAttribute('aria-label') !== label) picture.setAttribute('aria-label', label);
-  document.getElementById('scale').hidden = !(show in scales);
-  if (show in scales) {
-    put('scale-from', scales[show][0]);
-    put('scale-to', scales[show][1]);
+  document.getElementById('scale').hidden = !(kind in scales);
+  if (kind in scales) {
+    put('scale-from', scales[kind][0]);
+    put('scale-to', scales[kind][1]);
   }
 }
 
-// Shows scene number `index` of the state.
-export async function update(state, index) {
-  const job = state.jobs[index];
-  await load(index);
-  const done = byWorker.checked ? (await server.askJson(`/api/rows?job=${index}`)).rows : [];
-  drawBands(job, done);
-  legend.hidden = !byWorker.checked;
-  if (byWorker.checked) drawLegend(done, state.workers);
-  describe(job);
+// Shows what was asked for of a scene of the state.
+export function update(job, view, workers) {
+  drawPicture(view);
+  drawBands(job, view.rows ?? []);
+  legend.hidden = !view.rows;
+  if (view.rows) drawLegend(view.rows, workers);
+  describe(job, view.kind);
 }
