@@ -4,14 +4,13 @@
 
 #include "trace/tracer_private.h"
 
-/* Puts the area in work, with `margin` pixels around it as far as the image has them. */
+/* Puts the area in work, with `margin` pixels around it. Pixels beyond the image's edges can be looked at as well: what
+ * crosses the outermost pixels of the image may be seen only there. Left of and above the image their places are
+ * negative, modulo 2^32. */
 static struct pixel_grid add_area(struct tracer *tracer, const struct pixel_area *area, uint32_t margin)
 {
-    const struct trace_settings *image = &tracer->generation.plan->settings;
-    uint32_t x0 = area->x0 > margin ? area->x0 - margin : 0, y0 = area->y0 > margin ? area->y0 - margin : 0;
-    uint32_t right = image->width - area->x1, below = image->height - area->y1;
-    uint32_t x1 = area->x1 + (right < margin ? right : margin), y1 = area->y1 + (below < margin ? below : margin);
-    struct pixel_grid grid = {x0, y0, x1 - x0, y1 - y0, 0};
+    struct pixel_grid grid = {area->x0 - margin, area->y0 - margin, area->x1 - area->x0 + 2 * margin,
+                              area->y1 - area->y0 + 2 * margin, 0};
     tracer_add_grid(tracer, &grid);
     return grid;
 }
@@ -23,22 +22,17 @@ static uint32_t pixel_at(const struct pixel_grid *grid, uint32_t x, uint32_t y)
 
 enum { LIST_ROWS = 4 };
 
-/* Lists the area's pixels, which are the grid's too, by LIST_ROWS rows at a time and down each column of these: so rays
- * in a row stay near one another in both directions. Returns how many. */
-static size_t list_area(const struct pixel_grid *grid, const struct pixel_area *area, uint32_t *list)
+/* Lists the grid's pixels but for a margin, by LIST_ROWS rows at a time and down each column of these: so rays in a row
+ * stay near one another in both directions. Returns how many. */
+static size_t list_within(const struct pixel_grid *grid, uint32_t margin, uint32_t *list)
 {
     size_t count = 0;
-    for (uint32_t top = area->y0; top < area->y1; top += LIST_ROWS)
-        for (uint32_t x = area->x0; x < area->x1; x++)
-            for (uint32_t y = top; y < area->y1 && y < top + LIST_ROWS; y++)
-                list[count++] = pixel_at(grid, x, y);
+    uint32_t columns = grid->columns - margin, rows = grid->rows - margin;
+    for (uint32_t top = margin; top < rows; top += LIST_ROWS)
+        for (uint32_t column = margin; column < columns; column++)
+            for (uint32_t row = top; row < rows && row < top + LIST_ROWS; row++)
+                list[count++] = grid->first + column * grid->rows + row;
     return count;
-}
-
-static size_t list_grid(const struct pixel_grid *grid, uint32_t *list)
-{
-    struct pixel_area all = {grid->x, grid->x + grid->columns, grid->y, grid->y + grid->rows};
-    return list_area(grid, &all, list);
 }
 
 /* --- how far first samples lie apart ---------------------------------------------------------------------- */
@@ -111,7 +105,7 @@ static void look(struct tracer *tracer, const struct pixel_grid *grids, size_t c
 {
     size_t listed = 0;
     for (size_t i = 0; i < count; i++)
-        listed += list_grid(&grids[i], tracer->list + listed);
+        listed += list_within(&grids[i], 0, tracer->list + listed);
     tracer_sample(tracer, tracer->list, listed, 0, 1, true);
     for (size_t i = 0; i < count; i++)
         find_ranges(tracer, &grids[i]);
@@ -161,12 +155,11 @@ static size_t keep_open(const struct tracer *tracer, const struct sampling *samp
     return kept;
 }
 
-static void sample_adaptively(struct tracer *tracer, const struct sampling *sampling, const struct pixel_grid *grid,
-                              const struct pixel_area *area)
+static void sample_adaptively(struct tracer *tracer, const struct sampling *sampling, const struct pixel_grid *grid)
 {
     look(tracer, grid, 1);
     uint32_t *list = tracer->list;
-    size_t count = list_area(grid, area, list);
+    size_t count = list_within(grid, SAMPLING_REACH, list);
     for (uint32_t stage = 1; stage < SAMPLING_STAGES && sampling_stage(stage) <= sampling->most; stage++) {
         count = keep_open(tracer, sampling, list, count);
         advance(tracer, list, count, stage);
@@ -216,63 +209,56 @@ void tracer_area(struct tracer *tracer, const struct sampling *sampling, const s
     tracer->pixels = 0;
     struct pixel_grid grid = add_area(tracer, area, fixed ? 0 : SAMPLING_REACH);
     if (fixed)
-        tracer_sample(tracer, tracer->list, list_area(&grid, area, tracer->list), 0, sampling->most, false);
+        tracer_sample(tracer, tracer->list, list_within(&grid, 0, tracer->list), 0, sampling->most, false);
     else
-        sample_adaptively(tracer, sampling, &grid, area);
+        sample_adaptively(tracer, sampling, &grid);
     take_results(tracer, &grid, area, !fixed, pixels, counts);
 }
 
 /* --- histories -------------------------------------------------------------------------------------------- */
 
-/* The pixel's next stage. */
-static void note_stage(const struct tracer *tracer, uint32_t pixel, struct pixel_history *history)
+/* Of the samples, one for each trial: see sample.h. */
+static const uint32_t salts[HISTORY_TRIALS] = {0, 0x632be5abu, 0x85157af5u};
+
+/* The trial's next stage. */
+static void note_stage(const struct tracer *tracer, uint32_t pixel, struct pixel_trial *trial)
 {
-    uint32_t stage = history->stages++;
-    history->stage[stage].light = mean_of(&tracer->work[pixel]);
-    history->stage[stage].error = error_of(tracer, pixel, true);
-    history->stage[stage].measure = measure(tracer, pixel);
+    uint32_t stage = trial->stages++;
+    trial->stage[stage].light = mean_of(&tracer->work[pixel]);
+    trial->stage[stage].error = error_of(tracer, pixel, true);
+    trial->stage[stage].measure = measure(tracer, pixel);
 }
 
-/* Of histories[count], lists the pixels that are done with that stage. */
-static size_t list_done(const struct pixel_history *histories, size_t count, uint32_t stage, uint32_t *list)
+/* Of histories[count], lists the pixels that are done with that stage of the trial. */
+static size_t list_done(const struct pixel_history *histories, size_t count, uint32_t trial, uint32_t stage,
+                        uint32_t *list)
 {
     size_t done = 0;
     for (size_t i = 0; i < count; i++)
-        if (histories[i].stages == stage + 1)
+        if (histories[i].trial[trial].stages == stage + 1)
             list[done++] = histories[i].pixel;
     return done;
 }
 
-/* Samples the pixels anew, independently of all other times: as many samples as their last stages have. */
-static void take_reference(struct tracer *tracer, int which, struct pixel_history *histories, size_t count)
-{
-    tracer->salt = which == 0 ? 0x632be5abu : 0x85157af5u;
-    for (uint32_t stage = 1; stage < SAMPLING_STAGES; stage++) {
-        size_t done = list_done(histories, count, stage, tracer->list);
-        drop_samples(tracer, tracer->list, done);
-        tracer_sample(tracer, tracer->list, done, 0, sampling_stage(stage), false);
-    }
-    tracer->salt = 0;
-    for (size_t i = 0; i < count; i++)
-        histories[i].reference[which] = mean_of(&tracer->work[histories[i].pixel]);
-}
-
-/* Of an area's pixels that look even only one in so many is followed, and stands for those up to the next. (With blocks
- * of 4×4 pixels, 6 gives three of them, in different rows and columns.) */
-enum { EVEN_SHARE = 6 };
+/* Of an area's pixels at most so many that look uneven are followed, and about so many that look even; each stands for
+ * those up to the next of its kind. */
+enum { FOLLOWED_UNEVEN = 16, FOLLOWED_EVEN = 3 };
 
 /* Begins the histories of pixels list[count], one area's. Returns how many there are. */
 static size_t follow(const struct tracer *tracer, uint32_t even, const uint32_t *list, size_t count,
                      struct pixel_history *histories)
 {
-    size_t followed = 0, alike = 0, last_alike = 0;
+    size_t uneven = 0, followed = 0, met[2] = {0}, last[2] = {0};
+    for (size_t i = 0; i < count; i++)
+        uneven += measure(tracer, list[i]) < even;
+    const size_t share[2] = {(uneven + FOLLOWED_UNEVEN - 1) / FOLLOWED_UNEVEN, (count - uneven) / FOLLOWED_EVEN + 1};
     for (size_t i = 0; i < count; i++) {
         bool is_even = measure(tracer, list[i]) >= even;
-        if (is_even && alike++ % EVEN_SHARE != 0) {
-            histories[last_alike].weight++;
+        if (met[is_even]++ % share[is_even] != 0) {
+            histories[last[is_even]].weight++;
             continue;
         }
-        last_alike = is_even ? followed : last_alike;
+        last[is_even] = followed;
         histories[followed++] = (struct pixel_history){.pixel = list[i], .weight = 1};
     }
     return followed;
@@ -289,40 +275,71 @@ static size_t begin_histories(struct tracer *tracer, uint32_t even, const struct
         grids[i] = add_area(tracer, &areas[i], SAMPLING_REACH);
     look(tracer, grids, count);
     for (size_t i = 0; i < count; i++) {
-        size_t pixels = list_area(&grids[i], &areas[i], tracer->list);
+        size_t pixels = list_within(&grids[i], SAMPLING_REACH, tracer->list);
         followed += follow(tracer, even, tracer->list, pixels, histories + followed);
     }
     for (size_t i = 0; i < followed; i++)
-        note_stage(tracer, histories[i].pixel, &histories[i]);
+        for (uint32_t trial = 0; trial < HISTORY_TRIALS; trial++)
+            note_stage(tracer, histories[i].pixel, &histories[i].trial[trial]);
     return followed;
 }
 
-/* Those of the histories that are at that stage and are to go on go on. Returns how many. */
-static size_t go_on(struct tracer *tracer, const struct sampling *sampling, uint32_t stage,
+/* Those of the histories that are at that stage of the trial and are to go on go on. Returns how many. */
+static size_t go_on(struct tracer *tracer, const struct sampling *sampling, uint32_t trial, uint32_t stage,
                     struct pixel_history *histories, size_t count)
 {
-    size_t open = list_done(histories, count, stage, tracer->list);
+    size_t open = list_done(histories, count, trial, stage, tracer->list);
     if (stage > 0)
         open = keep_open(tracer, sampling, tracer->list, open);
     advance(tracer, tracer->list, open, stage + 1);
     for (size_t i = 0; i < count; i++)
         if (tracer->work[histories[i].pixel].samples == sampling_stage(stage + 1))
-            note_stage(tracer, histories[i].pixel, &histories[i]);
+            note_stage(tracer, histories[i].pixel, &histories[i].trial[trial]);
     return open;
+}
+
+static void try(struct tracer *tracer, const struct sampling *sampling, uint32_t trial,
+                struct pixel_history *histories, size_t count)
+{
+    size_t open = count;
+    for (uint32_t stage = 0; open > 0 && stage + 1 < SAMPLING_STAGES; stage++) {
+        if (sampling_stage(stage + 1) > sampling->most)
+            break;
+        open = go_on(tracer, sampling, trial, stage, histories, count);
+    }
+}
+
+/* Samples the pixels anew: as many samples as trial 0's last stages have. Their footprints are narrower, or what is
+ * filtered too much would be so in what it is compared with; much narrower ones would leave too much to chance. */
+static void sample_at_once(struct tracer *tracer, struct pixel_history *histories, size_t count)
+{
+    tracer->refined = 4;
+    for (uint32_t stage = 1; stage < SAMPLING_STAGES; stage++) {
+        size_t done = list_done(histories, count, 0, stage, tracer->list);
+        drop_samples(tracer, tracer->list, done);
+        tracer_sample(tracer, tracer->list, done, 0, sampling_stage(stage), false);
+    }
+    tracer->refined = 1;
 }
 
 size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, uint32_t even,
                         const struct pixel_area *areas, size_t count, struct pixel_history *histories,
                         struct ray_counts *counts)
 {
-    size_t pixels = begin_histories(tracer, even, areas, count, histories), open = pixels;
-    for (uint32_t stage = 0; open > 0 && stage + 1 < SAMPLING_STAGES; stage++) {
-        if (sampling_stage(stage + 1) > sampling->most)
-            break;
-        open = go_on(tracer, sampling, stage, histories, pixels);
+    size_t pixels = begin_histories(tracer, even, areas, count, histories);
+    uint32_t trials = tracer->generation.plan->needs_footprints ? 1 : HISTORY_TRIALS;
+    for (uint32_t trial = 0; trial < HISTORY_TRIALS; trial++) {
+        tracer->salt = salts[trial];
+        if (trial < trials)
+            try(tracer, sampling, trial, histories, pixels);
+        else
+            sample_at_once(tracer, histories, pixels);
+        for (size_t i = 0; i < pixels; i++)
+            histories[i].mean[trial] = mean_of(&tracer->work[histories[i].pixel]);
     }
-    take_reference(tracer, 0, histories, pixels);
-    take_reference(tracer, 1, histories, pixels);
+    tracer->salt = 0;
+    for (size_t i = 0; i < pixels; i++)
+        histories[i].trials = trials;
     for (size_t i = 0; i < tracer->pixels; i++)
         add_counts(counts, &tracer->work[i]);
     return pixels;

@@ -57,7 +57,7 @@ struct pixel_sums {
 struct vec3 sampling_roots(struct vec3 light);
 
 /* The measure after stage 0: 0 .. SAMPLING_THRESHOLDS − 1, the larger the better the pixel is known. `near` is how far
- * apart the roots of first samples lie, in each channel, over the 3×3 pixels around this one (those within the image),
+ * apart the roots of first samples lie, in each channel, over the 3×3 pixels around this one, in the image or not,
  * and `wide` over 5×5: thin things that fall between samples are mostly next to an edge that was seen. */
 uint32_t sampling_first_measure(struct vec3 near, struct vec3 wide);
 

@@ -1,7 +1,7 @@
 /*
  * The survey: the first pass of a render that is to meet a given error. Pixels of blocks spread over the image are
- * sampled stage by stage, and twice again for comparison; for each threshold it is noted how many samples they would
- * have got and how far off they would have been. Of pixels that look even a few stand for the others. Sums of whole
+ * sampled stage by stage, three times, each compared with the others; for each threshold it is noted how many samples they
+ * would have got and how far off they would have been. Where many look alike a few stand for the others. Sums of whole
  * numbers, so that they come out the same however the work was shared out.
  */
 #ifndef WEFT_TRACE_SURVEY_H
@@ -35,7 +35,7 @@ struct survey_outcome {
  * so what is kept is by how much: steps[i][t] is the outcome at t less that at t − 1, and steps[i][0] that at 0. */
 enum { SURVEY_POLICIES = 4 };
 struct survey {
-    uint64_t pixels, rays; /* rays: of every kind, that the survey took */
+    uint64_t pixels, rays; /* pixels: each as often as it was tried; rays: of every kind, that the survey took */
     struct survey_outcome steps[SURVEY_POLICIES][SAMPLING_THRESHOLDS];
 };
 

@@ -20,6 +20,7 @@ struct tracer *tracer_create(const struct plan *plan, const struct kernel *kerne
     memset(tracer, 0, sizeof *tracer);
     tracer->generation.plan = plan;
     tracer->generation.kernel = kernel;
+    tracer->refined = 1;
     return tracer;
 }
 
@@ -120,7 +121,7 @@ static void start_paths(struct tracer *tracer, size_t count, uint32_t first, uin
 {
     struct generation *g = &tracer->generation;
     struct camera_rays rays = {count, end, tracer->salt,
-                               sample_cells(first, end, tracer->generation.plan->settings.filter),
+                               sample_cells(first, end * tracer->refined, tracer->generation.plan->settings.filter),
                                tracer->pixel_x, tracer->pixel_y, tracer->digits_x, tracer->digits_y,
                                tracer->x, tracer->y};
     uint32_t medium = camera_medium(g);

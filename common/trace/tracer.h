@@ -49,12 +49,11 @@ struct pixel {
 void tracer_area(struct tracer *tracer, const struct sampling *sampling, const struct pixel_area *area,
                  struct pixel *pixels, struct ray_counts *counts);
 
+enum { HISTORY_TRIALS = 3 };
+
 /* What a pixel came to, stage by stage. */
-struct pixel_history {
-    uint32_t pixel;  /* its number in the tracer */
-    uint32_t weight; /* how many pixels it stands for */
+struct pixel_trial {
     uint32_t stages; /* that it went through, from stage 0 on; at least 2 */
-    struct vec3 reference[2]; /* two more means of as many samples as the last stage's, each of its own */
     struct {
         struct vec3 light; /* mean */
         double error;      /* estimated */
@@ -62,12 +61,25 @@ struct pixel_history {
     } stage[SAMPLING_STAGES];
 };
 
+/* A pixel is tried several times, each time with samples of its own, but for the first look. Where textures are filtered
+ * it is tried once: samples that were taken stage by stage are filtered otherwise than those taken at once, which would
+ * not show. mean[i] is what trial i came to at last; those of trials that were not made are of as many samples as trial
+ * 0's last stage has, taken at once, with narrower footprints. */
+struct pixel_history {
+    uint32_t pixel;  /* its number in the tracer */
+    uint32_t weight; /* how many pixels it stands for */
+    uint32_t trials; /* HISTORY_TRIALS or 1 */
+    struct pixel_trial trial[HISTORY_TRIALS];
+    struct vec3 mean[HISTORY_TRIALS];
+};
+
 enum { HISTORY_AREAS_MAX = 32 };
 
 /* As tracer_area, but of areas[count], 1 <= count <= HISTORY_AREAS_MAX, which do not overlap, with an adaptive sampling
  * whose least is 1 and whose most at least 4; and pixels go through stage 1 at least. Many of those whose first measure
- * is at least `even` are left out, and others stand for them. `histories` has room for all pixels, and gets those that
- * were followed in some order; returns how many. `counts` is one sum, of all rays. */
+ * is at least `even` are left out, and some of the others where an area has many; those that are followed stand for
+ * them. `histories` has room for all pixels, and gets those that were followed in some order; returns how many.
+ * `counts` is one sum, of all rays. */
 size_t tracer_histories(struct tracer *tracer, const struct sampling *sampling, uint32_t even,
                         const struct pixel_area *areas, size_t count, struct pixel_history *histories,
                         struct ray_counts *counts);

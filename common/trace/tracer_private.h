@@ -42,7 +42,8 @@ struct tracer {
     uint32_t pixel_x[CAMERA_RAYS_MAX], pixel_y[CAMERA_RAYS_MAX];
     uint32_t digits_x[CAMERA_RAYS_MAX], digits_y[CAMERA_RAYS_MAX];
 
-    uint32_t salt; /* of the samples: see sample.h */
+    uint32_t salt;    /* of the samples: see sample.h */
+    uint32_t refined; /* their footprints are those of so many times as many samples */
     size_t pixels;           /* in work */
     struct pixel_work *work; /* of each of them */
     uint32_t *list;          /* some of them */
