@@ -5,6 +5,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/folder.h"
 #include "base/memory.h"
 
 /* The scene's file name without folder and ending. The caller frees. */
@@ -45,7 +46,10 @@ enum status outputs_make_folder(const char *folder, struct error *error)
         return error_set(error, STATUS_USAGE, "%s: expected a folder for the pictures of several scenes", folder);
     if (mkdir(folder, 0777) == 0)
         return STATUS_OK;
-    return error_set(error, STATUS_OUTPUT, "%s: expected a folder for the pictures: %s", folder, strerror(errno));
+    int failure = errno;
+    if (folder_is_there(folder, error) != STATUS_OK)
+        return STATUS_OUTPUT;
+    return error_set(error, STATUS_OUTPUT, "%s: expected a folder for the pictures: %s", folder, strerror(failure));
 }
 
 /* Where the file's name begins in its path. */
@@ -82,6 +86,16 @@ enum status outputs_check_distinct(const struct output *outputs, size_t count, s
                 return error_set(error, STATUS_USAGE, "%s and %s would both be written to %s", outputs[k].what,
                                  outputs[i].what, outputs[i].path);
     return STATUS_OK;
+}
+
+/* A path that ends with its folder is no file's, which whoever opens it says. */
+enum status outputs_check_folders(const struct output *outputs, size_t count, struct error *error)
+{
+    enum status status = STATUS_OK;
+    for (size_t i = 0; i < count && status == STATUS_OK; i++)
+        if (*name_of(outputs[i].path))
+            status = folder_takes_files(outputs[i].path, error);
+    return status;
 }
 
 enum status outputs_check_spare(const struct output *outputs, size_t count, const char *input, struct error *error)

@@ -24,6 +24,9 @@ struct output {
 /* STATUS_USAGE if two of them are the same file. */
 enum status outputs_check_distinct(const struct output *outputs, size_t count, struct error *error);
 
+/* STATUS_OUTPUT if the folder of one of them is not there or takes no files. */
+enum status outputs_check_folders(const struct output *outputs, size_t count, struct error *error);
+
 /* STATUS_USAGE if one of them is the file `input`, which is read (NULL: none is). */
 enum status outputs_check_spare(const struct output *outputs, size_t count, const char *input, struct error *error);
 

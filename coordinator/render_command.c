@@ -33,7 +33,7 @@ static void free_paths(char **paths, size_t count)
     free(paths);
 }
 
-/* All files that are asked for, of which there are *total. The caller frees. */
+/* All files that are asked for, of which there are *total; the log is the last. The caller frees. */
 static struct output *list_outputs(const struct render_arguments *a, char **scenes, char **paths, size_t count,
                                    size_t *total)
 {
@@ -221,6 +221,8 @@ static enum status open_jobs(struct rendering *r, struct error *error)
     size_t total;
     char **paths = choose_paths(a, r->scenes, r->count);
     struct output *outputs = list_outputs(a, r->scenes, paths, r->count, &total);
+    if (status == STATUS_OK)
+        status = outputs_check_folders(outputs, total - (a->log != NULL), error); /* the log is open already */
     for (size_t i = 0; i < r->count && status == STATUS_OK; i++)
         status = render_job_init(&r->jobs[i], r->scenes[i], paths[i], &choices, error);
     if (status == STATUS_OK)

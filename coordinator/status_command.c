@@ -289,6 +289,14 @@ static enum status take_messages(struct viewer *v, struct error *error)
     return status;
 }
 
+/* Who asks can ask again; waiting is for coordinators. */
+static enum status check_name(struct viewer *v, struct error *error)
+{
+    if (wire_client_name(v->client, error) != WIRE_NAME_LACKING)
+        return STATUS_OK;
+    return error_prefix(error, STATUS_FAILED, "%s: ", v->endpoint);
+}
+
 /* Whether the coordinator is there no more, or never was. */
 static enum status check_patience(struct viewer *v, struct error *error)
 {
@@ -300,6 +308,9 @@ static enum status check_patience(struct viewer *v, struct error *error)
         return end_watching(v, clock_now_ms(), error);
     if (v->inquiry.heard)
         return error_set(error, STATUS_FAILED, "%s: lost the coordinator: no word for %lld s", v->endpoint, seconds);
+    if (wire_client_seeks_address(v->client))
+        return error_set(error, STATUS_FAILED, "%s: no address of that name was found within %lld s", v->endpoint,
+                         seconds);
     return error_set(error, STATUS_FAILED, "%s: no coordinator answered within %lld s%s", v->endpoint, seconds,
                      v->arguments->keys ? " (if there is one, its keys and these may not match)" : "");
 }
@@ -327,7 +338,9 @@ static enum status converse(struct viewer *v, struct error *error)
         int64_t left_ms = inquiry_deadline(&v->inquiry) - clock_now_ms();
         wire_client_wait(v->client, fds, 1, left_ms > 0 ? (int)left_ms : 0);
         take_signals(v);
-        status = take_messages(v, error);
+        status = check_name(v, error);
+        if (status == STATUS_OK)
+            status = take_messages(v, error);
         if (status == STATUS_OK)
             status = check_patience(v, error);
     }

@@ -284,6 +284,17 @@ static void take_signals(struct worker *w)
     }
 }
 
+/* The name may be one that is yet to come. */
+static void tell_of_name(struct worker *w)
+{
+    struct error error;
+    enum wire_name name = wire_client_name(w->client, &error);
+    if (name == WIRE_NAME_LACKING)
+        log_warning("%s; trying again and again", error.text);
+    else if (name == WIRE_NAME_FOUND)
+        log_info("the coordinator's name leads to an address now");
+}
+
 static void tick(struct worker *w)
 {
     struct session_event event = {.kind = SESSION_TICK};
@@ -313,6 +324,7 @@ static void run(struct worker *w)
         if (w->settings.tether && tether_is_cut(fds[2].revents))
             _exit(STATUS_FAILED); /* the coordinator is gone, and so is the reason to be here */
         take_signals(w);
+        tell_of_name(w);
         take_outcomes(w);
         take_messages(w);
         tick(w);

@@ -42,17 +42,27 @@ void session_destroy(struct session **pointer)
     *pointer = NULL;
 }
 
-/* Looks for a coordinator, on a new connection, from pause_ms on. */
+/* Makes no new connection: a coordinator that is still there would take one that breaks off at once for that of a
+ * stranger. */
+static void leave(struct session *s)
+{
+    session_forget_jobs(s);
+    end(s, 0);
+}
+
+/* Looks for a coordinator, on a new connection, from pause_ms on; a worker that drains leaves instead. */
 static void seek(struct session *s, int64_t pause_ms, int64_t now_ms)
 {
+    if (s->draining) {
+        leave(s);
+        return;
+    }
     session_forget_jobs(s);
     session_act(s, SESSION_RECONNECT);
     s->state = STATE_SEEKING;
     s->epoch = 0;
     s->unfit = false;
     s->seeking = seeking_begin(s->config.wait_ms, pause_ms, now_ms);
-    if (s->draining)
-        end(s, 0);
 }
 
 /* The coordinator does not keep the protocol: its bytes cannot be trusted further. */
@@ -113,9 +123,10 @@ static void take_refusal(struct session *s, const struct message *message, int64
 static void take_goodbye(struct session *s, int64_t now_ms)
 {
     session_send(s, (struct message){.kind = MESSAGE_GOODBYE});
-    seek(s, s->unfit ? REFUSED_PAUSE_MS : 0, now_ms);
-    if (s->config.once && s->state != STATE_ENDED)
-        end(s, 0);
+    if (s->config.once)
+        leave(s);
+    else
+        seek(s, s->unfit ? REFUSED_PAUSE_MS : 0, now_ms);
 }
 
 static void join(struct session *s, uint64_t epoch, int64_t now_ms)

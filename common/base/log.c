@@ -11,6 +11,7 @@
 
 #include "base/bytes.h"
 #include "base/clock.h"
+#include "base/folder.h"
 #include "base/json_text.h"
 #include "base/text.h"
 
@@ -39,8 +40,11 @@ enum status log_open(const char *path, bool as_json, struct error *error)
     log_close();
     if (path) {
         log_state.file = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOCTTY, 0666);
+        int failure = errno;
+        if (log_state.file < 0 && folder_is_there(path, error) != STATUS_OK)
+            return STATUS_OUTPUT;
         if (log_state.file < 0)
-            return error_set(error, STATUS_OUTPUT, "%s: the log cannot be written: %s", path, strerror(errno));
+            return error_set(error, STATUS_OUTPUT, "%s: the log cannot be written: %s", path, strerror(failure));
     }
     log_state.as_json = as_json;
     return STATUS_OK;

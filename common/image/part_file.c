@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/folder.h"
 #include "base/memory.h"
 
 /* Frees and closes what *file holds, whichever of it there is; the temporary file is somebody else's care. */
@@ -37,9 +38,12 @@ static enum status open_folder(struct part_file *file, struct error *error)
     char *folder = length > 0 ? memory_format("%.*s", (int)length, file->path) : memory_string(".");
     enum status status = STATUS_OK;
     file->folder_fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    int failure = errno;
     if (file->folder_fd < 0)
+        status = folder_is_there(file->path, error);
+    if (file->folder_fd < 0 && status == STATUS_OK)
         status = error_set(error, STATUS_OUTPUT, "%s: cannot open the folder %s: %s", file->path, folder,
-                           strerror(errno));
+                           strerror(failure));
     free(folder);
     return status;
 }

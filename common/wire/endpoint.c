@@ -133,6 +133,17 @@ bool wire_endpoint_is_local(const char *endpoint)
     return inet_pton(AF_INET, host, &address) == 1 && ntohl(address.s_addr) >> 24 == 127;
 }
 
+bool wire_endpoint_name(const char *endpoint, char *name)
+{
+    char host[HOST_BYTES];
+    const char *port;
+    struct in_addr address;
+    if (strncmp(endpoint, "tcp://", 6) != 0 || !split(endpoint + 6, host, &port) || strcmp(port, "*") == 0)
+        return false;
+    snprintf(name, WIRE_ENDPOINT_BYTES, "%s", host);
+    return is_name(host) && inet_pton(AF_INET, host, &address) != 1;
+}
+
 void wire_host_name(char *name, size_t size)
 {
     if (gethostname(name, size) != 0)

@@ -97,16 +97,18 @@ void wire_server_wait(struct wire_server *server, struct pollfd *fds, size_t cou
 
 struct wire_client;
 
-/* Connects (in the background, again and again) to the endpoint; with keys (not NULL) over TCP only to the coordinator
- * that they name, encrypted. One that refuses looks as one that is not there. Finishes *keys in any case: ZeroMQ
- * alone has the secret then. ZeroMQ tries no more after the server sent a message over the limit, and does not mind a
- * connection that stays silent: a caller that hears nothing for some seconds calls wire_client_reconnect. */
+/* Connects (in the background, again and again) to the endpoint, once its name has an address (wire_client_name); with
+ * keys (not NULL) over TCP only to the coordinator that they name, encrypted. One that refuses looks as one that is not
+ * there. Finishes *keys in any case: ZeroMQ alone has the secret then. ZeroMQ tries no more after the server sent a
+ * message over the limit, and does not mind a connection that stays silent: a caller that hears nothing for some
+ * seconds calls wire_client_reconnect. */
 struct wire_client *wire_client_create(const char *endpoint, struct worker_keys *keys, struct error *error);
 
 /* Accepts NULL in *client. What is still to be sent keeps being sent until wire_stop. */
 void wire_client_destroy(struct wire_client **client);
 
-/* Connects anew; what waits to be read is dropped, what waits to be sent is still tried for two seconds. */
+/* Connects anew, to the address that its name has now; what waits to be read is dropped, what waits to be sent is still
+ * tried for two seconds. */
 enum status wire_client_reconnect(struct wire_client *client, struct error *error);
 
 /* As for the server. False while there is no connection or the queue is full. */
@@ -114,7 +116,17 @@ bool wire_client_send(struct wire_client *client, const void *data, size_t size)
 bool wire_client_receive(struct wire_client *client, struct bytes *data);
 
 /* As for the server, and returns, once, when a send that was refused can be tried again: a client that is not
- * yet connected sends, is refused, waits, and sends again, without trying in steps. */
+ * yet connected sends, is refused, waits, and sends again, without trying in steps. Returns early, too, when
+ * wire_client_name has something to tell. */
 void wire_client_wait(struct wire_client *client, struct pollfd *fds, size_t count, int timeout_ms);
+
+/* What is new, since the last call, of the address of the endpoint's name, for which a thread of its own searches,
+ * again and again until there is one. WIRE_NAME_LACKING, with *error filled: there is none, which is told again only
+ * when there is another reason. WIRE_NAME_FOUND: after that, there is one. */
+enum wire_name { WIRE_NAME_SAME, WIRE_NAME_LACKING, WIRE_NAME_FOUND };
+enum wire_name wire_client_name(struct wire_client *client, struct error *error);
+
+/* While that search goes on there is nothing to connect to. */
+bool wire_client_seeks_address(const struct wire_client *client);
 
 #endif

@@ -53,6 +53,10 @@ void wire_socket_wait(struct wire_waiting *sockets, size_t socket_count, struct 
 
 bool wire_endpoint_is_ipc(const char *endpoint);
 
+/* Whether HOST is a name, whose address is yet to be found, and PORT one to connect to; then the name goes to
+ * name[WIRE_ENDPOINT_BYTES]. */
+bool wire_endpoint_name(const char *endpoint, char *name);
+
 /* --- CURVE (curve.c) -------------------------------------------------------------------------------------- */
 
 /* Makes a server's socket, not yet bound, take only clients that know its public key and that the doorkeeper (door.h)

@@ -147,6 +147,16 @@ third=$pid
 completed mixed "local and remote workers"
 kill -TERM "$third"
 ends 0 "the remote one ends well" "$third" 5 third
+for _ in {1..10}; do
+    coordinator again --keys "$keys" --workers 0
+    "$worker" --once --keys "$keys" "$endpoint" 2>>"$tmp/again.said"
+    wait "$coordinator"
+    cat "$tmp/again.err" >>"$tmp/again.told"
+done
+is "ten workers more come and go" "$(grep -c 'worker 1 .*joined' "$tmp/again.told")" 10
+is "who ends with the coordinator makes no connection after that" "$(tail -n +2 "$tmp/relay.out")" ''
+is "nobody is taken for a stranger" \
+    "$(cat "$tmp"/{right,own,mixed}.err "$tmp/again.told" | grep 'refused')" ''
 
 # --- wrong keys, and none -------------------------------------------------------------------------------------
 mkdir "$tmp/unknown" "$tmp/watcher"

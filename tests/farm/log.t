@@ -48,7 +48,7 @@ refused() { # STATUS NAME PATTERN COMMAND...
 mkdir "$tmp/folder"
 refused 4 "a folder" "^weft: $tmp/folder: the log cannot be written: Is a directory\$" \
     "$weft" render "${quick[@]}" -o "$tmp/no.png" --log "$tmp/folder"
-refused 4 "a worker's" "^weft-worker: $tmp/no/log: the log cannot be written: No such file or directory\$" \
+refused 4 "a worker's" "^weft-worker: $tmp/no/log: the folder $tmp/no is not there\$" \
     "$worker" --log "$tmp/no/log" "ipc://$tmp/nobody.ipc"
 cp "$tmp/quick.png" "$tmp/kept.png"
 refused 2 "the picture itself" "and --log would both be written to $tmp/kept.png" \

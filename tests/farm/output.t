@@ -17,8 +17,6 @@ refused() {
 mkdir "$tmp/folder.png"
 mkfifo "$tmp/pipe.png"
 ln -s nowhere/else.png "$tmp/dangling.png"
-refused 4 "a missing folder" "$tmp/missing/a.png" "$tmp/missing/a.png: .*No such file"
-refused 4 "a file as a folder" "$tmp/good.png/a.png" "$tmp/good.png/a.png: .*Not a directory"
 refused 4 "a folder as a file" "$tmp/folder.png" "$tmp/folder.png: .*found a folder"
 refused 4 "a pipe" "$tmp/pipe.png" "$tmp/pipe.png: .*found a pipe"
 refused 2 "a folder alone" "$tmp/folder.png/" "$tmp/folder.png/: expected an output that ends with"
@@ -28,12 +26,39 @@ for name in a.jpg a.PNGx a png a.png.gz ''; do
 done
 ok "nothing is left in the folder" [ -z "$(find "$tmp" -name '.*.part')" ]
 
-if [ "$(id -u)" -ne 0 ]; then
-    mkdir -m 555 "$tmp/locked"
-    refused 4 "a folder without permission to write" "$tmp/locked/a.png" "$tmp/locked/a.png: .*Permission denied"
-else
-    refused 4 "a folder that nobody can write to" /proc/self/a.png "/proc/self/a.png: .*"
+refused 4 "a folder of the system's, where nobody makes files" /proc/self/a.png "/proc/self/a.png: .*"
+
+# --- folders --------------------------------------------------------------------------------------------------
+mkdir -m 700 "$tmp/own"
+as=()
+# unplaced OPTION PATH SENTENCE: that path of the option's file is refused with that sentence, before any rendering.
+unplaced() {
+    exits 4 "$1 $2" "${as[@]}" "$weft" render "${quick[@]}" -q -o "$tmp/own/none.png" "$1" "$2"
+    is "$1 $2: the sentence" "$err" "weft: $2: $3"
+}
+for option in -o --report --sample-map --error-map --log; do
+    unplaced $option "$tmp/no/such/a.png" "the folder $tmp/no/such is not there"
+    unplaced $option "$tmp/good.png/a.png" "expected a folder at $tmp/good.png, found a file"
+    unplaced $option "$tmp/good.png/b/a.png" "expected a folder at $tmp/good.png/b, found a file on the way to it"
+done
+unplaced -o no-such-folder/a.png "the folder no-such-folder is not there"
+
+# Root may write anywhere, so somebody else is to try.
+mkdir -m 555 "$tmp/locked"
+if [ "$(id -u)" = 0 ]; then
+    as=(env XDG_RUNTIME_DIR="$tmp/own" setpriv --reuid 65532 --regid 65532 --clear-groups)
+    chown 65532:65532 "$tmp/own"
+    chmod 711 "$tmp"
 fi
+if "${as[@]}" "$weft" --version >"$tmp/version" 2>&1; then
+    for option in -o --report --sample-map --error-map; do
+        unplaced $option "$tmp/locked/a.png" "the folder $tmp/locked cannot be written to: Permission denied"
+    done
+    unplaced --log "$tmp/locked/a.log" "the log cannot be written: Permission denied"
+else
+    skip "a folder without permission to write" "the programs are not where everybody may run them"
+fi
+ok "nothing was rendered or begun" [ -z "$(find "$tmp/own" -type f)" ]
 
 exits 0 "a link to nowhere is replaced" "$weft" render "${quick[@]}" -q -o "$tmp/dangling.png"
 same_bytes "by the picture" "$tmp/dangling.png" "$tmp/good.png"

@@ -1,10 +1,9 @@
 # Between a worker and its coordinator, as somebody on the way would be (ZMTP 3, rfc.zeromq.org/spec/23).
 #
-#   perl relay.pl relay PORT FILE        listens on a free port of 127.0.0.1 and prints it; relays one connection after
-#                                        another to PORT, and keeps in FILE what the worker said in the longest that
-#                                        has ended (one that ends connects once more, to no purpose)
-#   perl relay.pl forge PORT FILE FRAME  does so for one, and flips the last bit of the worker's frame of that number
-#                                        (from 1, behind the greeting); ends with the connection
+#   perl relay.pl relay PORT FILE        listens on a free port of 127.0.0.1 and prints it; relays a connection to PORT,
+#                                        and keeps in FILE what the worker said; then prints a line for each other one
+#   perl relay.pl forge PORT FILE FRAME  does so, and flips the last bit of the worker's frame of that number (from 1,
+#                                        behind the greeting); ends with the connection
 #   perl relay.pl replay PORT FILE       says to PORT what was kept; ends with the connection
 use strict;
 use warnings;
@@ -33,11 +32,8 @@ sub take_frames {
     return $taken;
 }
 
-my $longest = 0;
 sub keep {
     my ($said) = @_;
-    return if length $said <= $longest;
-    $longest = length $said;
     open my $kept, '>', $file or die "cannot write $file: $!\n";
     binmode $kept;
     print $kept $said;
@@ -71,7 +67,10 @@ sub connect_to_port {
 if ($mode ne 'replay') {
     my $server = IO::Socket::INET->new(LocalAddr => '127.0.0.1', Listen => 1) or die "cannot listen: $!\n";
     print $server->sockport, "\n";
-    do { relay(scalar $server->accept, connect_to_port()) } while $mode eq 'relay';
+    relay(scalar $server->accept, connect_to_port());
+    while ($mode eq 'relay' && $server->accept) {
+        print "another\n";
+    }
     exit;
 }
 my $coordinator = connect_to_port();

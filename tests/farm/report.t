@@ -94,7 +94,7 @@ ok "has no report" absent "$tmp/bad.json"
 cp "$told" "$tmp/kept.png"
 exits 4 "a report in a folder that is not there" \
     "$weft" render "${glass[@]}" --report "$tmp/none/report.json" -o "$tmp/kept.png"
-like "it is named" "$err" "$tmp/none/report.json: cannot open the folder"
+like "it is named" "$err" "$tmp/none/report.json: the folder $tmp/none is not there"
 same_bytes "that shows before anything is rendered" "$tmp/kept.png" "$told"
 
 mkdir "$tmp/full"

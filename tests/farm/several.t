@@ -38,7 +38,7 @@ cp "$scenes/first.json" "$tmp/copies/first.json"
 exits 2 "two scenes with one name are wrong usage" \
     "$weft" render "$scenes/first.json" "$scenes/showcase.json" "$tmp/copies/first.json" "${options[@]}" -o "$tmp/twice"
 like "both are named" "$err" "$scenes/first.json and $tmp/copies/first.json would both be written to $tmp/twice/first.png"
-ok "nothing is rendered" [ -z "$(find "$tmp/twice" -type f)" ]
+ok "nothing is rendered, and no folder made" absent "$tmp/twice"
 
 for place in 0 2; do
     mixed=("${good[@]:0:place}" "$scenes/bad/zero-radius.json" "${good[@]:place}")
@@ -51,6 +51,9 @@ exits 4 "a file where the folder should be" \
     "$weft" render "$scenes/first.json" "$scenes/showcase.json" "${options[@]}" -o "$tmp/one/first.png"
 like "it is named" "$err" "$tmp/one/first.png: expected a folder for the pictures: it is a file"
 same_bytes "and it keeps its bytes" "$tmp/one/first.png" "$tmp/one/second.png"
+exits 4 "a folder in one that is not there" \
+    "$weft" render "$scenes/first.json" "$scenes/showcase.json" "${options[@]}" -o "$tmp/no/such"
+like "that is said" "$err" "^weft: $tmp/no/such: the folder $tmp/no is not there$"
 
 # --- interrupted ----------------------------------------------------------------------------------------------
 start series \

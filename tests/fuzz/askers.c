@@ -1,12 +1,11 @@
 /*
- * A coordinator that many ask how things stand: one honest asker, and others that say anything. The input is a script,
- * of three characters a step: what happens, and two numbers as the digits '0' to '9', ':' to 'o' (so up to 63). Other
- * characters are passed over where a step could begin. At the end of the script there is calm: the honest one gets an
- * answer, and the last one of all when the coordinator ends.
+ * A coordinator that many ask how things stand: one honest asker, and others that say anything. The input is a script
+ * (script.h). At its end there is calm: the honest one gets an answer, and the last one of all when the coordinator
+ * ends.
  *
  *   a WHO TICKET   WHO asks, with the ticket of its last answer (TICKET 0), of the one before (1), none (2), or another
  *   p WHO PAUSE    WHO asks, with its ticket, for an answer PAUSE * 100 ms after the last
- *   g WHO .        WHO says goodbye           m WHO COUNT  what the next COUNT bytes are behind magic and version
+ *   g WHO .        WHO says goodbye           m WHO COUNT  WHO says the next COUNT bytes, as a message
  *   c COUNT .      COUNT * 8 others ask, each once
  *   w COUNT .      so many workers join, of which there is much to say
  *   h CUT .        the honest one's connection breaks after CUT more messages to it; it has another at once
@@ -20,9 +19,9 @@
 #include "coordinator/inquiry.h"
 #include "coordinator/snapshot_json.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/fuzz/wire_help.h"
+#include "tests/fuzz/script.h"
 
-enum { NUMBERS = 64, KNOWN = 16, WORKERS_MAX = 160, STEPS_MAX = 300, NEVER = -1, HONEST_PAUSE_MS = 3000 };
+enum { KNOWN = 16, WORKERS_MAX = 160, STEPS_MAX = 300, NEVER = -1, HONEST_PAUSE_MS = 3000 };
 
 /* Who is who, by the first byte of an address; the others are the number, low byte first. */
 enum { OF_ASKER, OF_CROWD, OF_WORKER, OF_HONEST };
@@ -309,20 +308,9 @@ static bool step(char what, unsigned x, unsigned y)
     }
 }
 
-/* Takes a step from text[size]; returns its length. */
-static size_t take_step(const uint8_t *text, size_t size)
+static void deliver_raw(unsigned who, const struct bytes *bytes)
 {
-    if (size < 3)
-        return size;
-    unsigned x = (unsigned)(text[1] - '0') % NUMBERS, y = (unsigned)(text[2] - '0') % NUMBERS;
-    if (text[0] == 'm') {
-        size_t count = y < size - 3 ? y : size - 3;
-        struct bytes bytes = begun_message(text + 3, count);
-        deliver_of_asker(x % KNOWN, &bytes);
-        bytes_finish(&bytes);
-        return 3 + count;
-    }
-    return step((char)text[0], x, y) ? 3 : 1;
+    deliver_of_asker(who % KNOWN, bytes);
 }
 
 /* Long enough for who is silent to be forgotten, and for a question to be asked again. */
@@ -348,6 +336,7 @@ static void come_to_an_end(void)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    static const struct script_reader reader = {step, deliver_raw};
     const struct dispatcher_config config = {.bell = -1, .send = send_message};
     log_start("askers", LOG_SILENT);
     memset(&run, 0, sizeof run);
@@ -356,7 +345,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     inquiry_init(&run.inquiry, HONEST_PAUSE_MS, INT32_MAX, run.now_ms);
     for (size_t at = 0, steps = 0; at < size && steps < STEPS_MAX; steps++) {
         ask_honestly();
-        at += take_step(data + at, size - at);
+        at += script_take(&reader, data + at, size - at);
     }
     come_to_an_end();
     inquiry_finish(&run.inquiry);

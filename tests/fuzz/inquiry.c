@@ -1,23 +1,22 @@
 /*
- * One who asks how things stand, and a coordinator that answers anything. The input is a script, of three characters a
- * step: what happens, and two numbers as the digits '0' to '9', ':' to 'o' (so up to 63). Other characters are passed
- * over where a step could begin. After each step the asker says what is due.
+ * One who asks how things stand, and a coordinator that answers anything. The input is a script (script.h); after each
+ * step the asker says what is due.
  *
  * Messages of the coordinator; NUMBER is how far behind the question's number it answers:
  *   T NUMBER TICKET  an answer that is only a ticket
  *   p MORE SIZE      the next part: SIZE KiB and a byte ('o': as large as a message can be), and so many more follow
  *   P PLACE SIZE     a part from PLACE KiB on, the last one          q NUMBER SIZE  one of another question
  *   L . .            a last part of all, which completes the answer  R . .          a refusal
- *   m COUNT .        what the next COUNT bytes are behind a message's magic and version
+ *   m . COUNT        the next COUNT bytes, as a message
  * What else happens:
  *   t TIME UNIT      TIME ms later, or (UNIT 1) TIME * 256 ms       d . .          it is the deadline
  *   f . .            the last question could not be sent            g . .          the answer has been read
  */
 #include "coordinator/inquiry.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/fuzz/wire_help.h"
+#include "tests/fuzz/script.h"
 
-enum { NUMBERS = 64, WAIT_MS = 5000, KIB = 1024 };
+enum { WAIT_MS = 5000, KIB = 1024 };
 
 static struct {
     struct inquiry inquiry;
@@ -106,7 +105,7 @@ static void receive_ticket(unsigned behind, unsigned ticket)
 static void receive_part(unsigned behind, uint64_t offset, unsigned size_kib, uint64_t more, bool last)
 {
     static uint8_t data[MESSAGE_CHUNK_MAX];
-    uint32_t size = size_kib == NUMBERS - 1 ? MESSAGE_CHUNK_MAX : size_kib * KIB + 1;
+    uint32_t size = size_kib == SCRIPT_NUMBERS - 1 ? MESSAGE_CHUNK_MAX : size_kib * KIB + 1;
     uint64_t total = offset + size + more;
     for (uint32_t i = 0; i < size; i++)
         data[i] = byte_at(offset + i);
@@ -118,7 +117,7 @@ static void receive_part(unsigned behind, uint64_t offset, unsigned size_kib, ui
 static bool message_step(char what, unsigned x, unsigned y)
 {
     /* A part more than an answer can have is no message, and would end it. */
-    uint64_t next = run.inquiry.text.size < MESSAGE_STATUS_MAX - MESSAGE_CHUNK_MAX - NUMBERS * KIB
+    uint64_t next = run.inquiry.text.size < MESSAGE_STATUS_MAX - MESSAGE_CHUNK_MAX - SCRIPT_NUMBERS * KIB
                         ? run.inquiry.text.size : 0;
     switch (what) {
     case 'T':
@@ -189,32 +188,28 @@ static bool other_step(char what, unsigned x, unsigned y)
     }
 }
 
-/* Takes a step from text[size]; returns its length. */
-static size_t step(const uint8_t *text, size_t size)
+static bool step(char what, unsigned x, unsigned y)
 {
-    if (size < 3)
-        return size;
-    unsigned x = (unsigned)(text[1] - '0') % NUMBERS, y = (unsigned)(text[2] - '0') % NUMBERS;
-    if (text[0] == 'm') {
-        size_t count = x < size - 3 ? x : size - 3;
-        struct bytes bytes = begun_message(text + 3, count);
-        run.raw = true;
-        receive_bytes(bytes.data, bytes.size);
-        bytes_finish(&bytes);
-        return 3 + count;
-    }
-    return message_step((char)text[0], x, y) || other_step((char)text[0], x, y) ? 3 : 1;
+    return message_step(what, x, y) || other_step(what, x, y);
+}
+
+static void receive_raw(unsigned who, const struct bytes *bytes)
+{
+    (void)who;
+    run.raw = true;
+    receive_bytes(bytes->data, bytes->size);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    static const struct script_reader reader = {step, receive_raw};
     memset(&run, 0, sizeof run);
     run.number = 1;
     run.may_ask = true;
     inquiry_init(&run.inquiry, size % 2 ? 250 : 0, WAIT_MS, run.now_ms);
     for (size_t at = 0; at < size && !run.over;) {
         say();
-        at += step(data + at, size - at);
+        at += script_take(&reader, data + at, size - at);
     }
     inquiry_finish(&run.inquiry);
     return 0;

@@ -1,8 +1,6 @@
 /*
- * The scheduler with workers that say and do anything. The input is a script, of three characters a step: what happens,
- * and two numbers as the digits '0' to '9', ':' to 'o' (so up to 63). Other characters are passed over where a step
- * could begin. Workers (from 1: '0' is worker 1) and jobs are numbered in the order of their coming, leases in that of
- * their granting.
+ * The scheduler with workers that say and do anything. The input is a script (script.h) without messages. Workers (from
+ * 1: '0' is worker 1) and jobs are numbered in the order of their coming, leases in that of their granting.
  *
  *   J ROWS SURVEYED  a new job, of 1 + ROWS rows     w THREADS CREDIT  a new worker, with one more of each
  *   R WORKER JOB     ready                           r WORKER LEASE    returned a result
@@ -17,15 +15,16 @@
 #include "base/memory.h"
 #include "coordinator/scheduler.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/script.h"
 
-enum { NUMBERS = 64, JOBS_MAX = 8, WORKERS_MAX = 16, SILENCE_MS = 4000 };
+enum { JOBS_MAX = 8, WORKERS_MAX = 16, SILENCE_MS = 4000 };
 
 struct pass {
     uint32_t rows, left;
-    bool accepted[NUMBERS + 1];
-    bool audited[NUMBERS + 1];   /* by the row where the band begins: its audit is open, */
-    bool unsettled[NUMBERS + 1]; /* and answered; */
-    bool settled[NUMBERS + 1];   /* it is over, which a liar who took part in it undoes */
+    bool accepted[SCRIPT_NUMBERS + 1];
+    bool audited[SCRIPT_NUMBERS + 1];   /* by the row where the band begins: its audit is open, */
+    bool unsettled[SCRIPT_NUMBERS + 1]; /* and answered; */
+    bool settled[SCRIPT_NUMBERS + 1];   /* it is over, which a liar who took part in it undoes */
 };
 
 static struct {
@@ -260,7 +259,7 @@ static void pass_time(int64_t ms)
 }
 
 /* Takes a step; false if the letter is none. */
-static bool step(char what, uint32_t x, uint32_t y)
+static bool step(char what, unsigned x, unsigned y)
 {
     switch (what) {
     case 'J':
@@ -290,7 +289,7 @@ static bool step(char what, uint32_t x, uint32_t y)
         return true;
     case 'Z':
         run.has_liars = true;
-        handle((struct event){.kind = EVENT_LIAR, .worker = (1 + x) % NUMBERS});
+        handle((struct event){.kind = EVENT_LIAR, .worker = (1 + x) % SCRIPT_NUMBERS});
         return true;
     case 'A':
         run.audited_rows = x;
@@ -310,23 +309,23 @@ static bool step(char what, uint32_t x, uint32_t y)
 /* Rows are dear by turns; how dear, the context says. */
 static const double *expected_work(void *context, uint32_t job)
 {
-    static double sums[NUMBERS + 1];
-    for (uint32_t row = 0; row < NUMBERS; row++)
+    static double sums[SCRIPT_NUMBERS + 1];
+    for (uint32_t row = 0; row < SCRIPT_NUMBERS; row++)
         sums[row + 1] = sums[row] + (row + job) / 8 % 2 * *(double *)context;
     return sums;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    static const struct script_reader reader = {step, NULL};
     double dear = (double)(size / 8 % 4);
     const struct scheduler_policy policy = {
         .band_rows = size % 4, .silence_ms = SILENCE_MS, .audits = is_audited,
         .expects = size / 4 % 2 ? expected_work : NULL, .expects_context = &dear};
     memset(&run, 0, sizeof run);
     run.scheduler = scheduler_create(&policy);
-    for (size_t at = 0; at + 2 < size;)
-        at += step((char)data[at], (uint32_t)(data[at + 1] - '0') % NUMBERS, (uint32_t)(data[at + 2] - '0') % NUMBERS)
-                  ? 3 : 1;
+    for (size_t at = 0; at < size;)
+        at += script_take(&reader, data + at, size - at);
     scheduler_destroy(&run.scheduler);
     free(run.leases);
     return 0;

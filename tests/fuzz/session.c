@@ -1,7 +1,6 @@
 /*
  * A worker's session with a coordinator that sends anything, on a connection that may be lost at any message. The input
- * is a script, of three characters a step: what happens, and two numbers as the digits '0' to '9', ':' to 'o' (so up to
- * 63). Other characters are passed over where a step could begin.
+ * is a script (script.h).
  *
  * Messages of the coordinator, in the epoch that W named last:
  *   W EPOCH .     welcome                      R . .        refuse
@@ -10,7 +9,7 @@
  *   b JOB LEASE   band                         s JOB LEASE  band of a survey
  *   k LEASE .     ack                          r LEASE .    revoke
  *   B . .         beat                         g . .        goodbye
- *   m COUNT .     what the next COUNT bytes are behind a message's magic and version
+ *   m . COUNT     the next COUNT bytes, as a message
  * What else happens:
  *   l JOB .       loaded                       f JOB .      could not be loaded
  *   n LEASE SIZE  rendered, 1 + SIZE * 16 KiB  t TIME UNIT  TIME ms later, or (UNIT 1) TIME * 256 ms
@@ -20,11 +19,11 @@
 
 #include "base/memory.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/fuzz/wire_help.h"
+#include "tests/fuzz/script.h"
 #include "wire/manifest.h"
 #include "worker/session.h"
 
-enum { WIDTH = 640, HEIGHT = 360, NUMBERS = 64, RECORD_UNIT = 16 * 1024, NEVER = -1 };
+enum { WIDTH = 640, HEIGHT = 360, RECORD_UNIT = 16 * 1024, NEVER = -1 };
 
 /* A coordinator's files: of three bytes, of two chunks, empty; then manifests: of the three, of one of them under two
  * names, of a file that it says is longer than it is; and one that is none. */
@@ -40,7 +39,7 @@ static struct {
     int64_t now_ms;
     uint64_t epoch;
     int fails;                 /* how many messages can be sent before one cannot, or NEVER */
-    unsigned started[NUMBERS]; /* bands of each lease, which are to be rendered */
+    unsigned started[SCRIPT_NUMBERS]; /* bands of each lease, which are to be rendered */
 } run;
 
 /* --- files ------------------------------------------------------------------------------------------------ */
@@ -110,7 +109,7 @@ static void take_actions(void)
             take_load(action.job);
         if (action.kind == SESSION_START) {
             require(order_fits(&action.order, &(struct job_settings){.width = WIDTH, .height = HEIGHT}));
-            run.started[action.lease % NUMBERS]++;
+            run.started[action.lease % SCRIPT_NUMBERS]++;
         }
     }
 }
@@ -244,24 +243,20 @@ static bool other_step(char what, unsigned x, unsigned y)
     }
 }
 
-/* Takes a step from text[size]; returns its length. */
-static size_t step(const uint8_t *text, size_t size)
+static bool step(char what, unsigned x, unsigned y)
 {
-    if (size < 3)
-        return size;
-    unsigned x = (unsigned)(text[1] - '0') % NUMBERS, y = (unsigned)(text[2] - '0') % NUMBERS;
-    if (text[0] == 'm') {
-        size_t count = x < size - 3 ? x : size - 3;
-        struct bytes bytes = begun_message(text + 3, count);
-        receive_bytes(bytes.data, bytes.size);
-        bytes_finish(&bytes);
-        return 3 + count;
-    }
-    return receive_step((char)text[0], x, y) || other_step((char)text[0], x, y) ? 3 : 1;
+    return receive_step(what, x, y) || other_step(what, x, y);
+}
+
+static void receive_raw(unsigned who, const struct bytes *bytes)
+{
+    (void)who;
+    receive_bytes(bytes->data, bytes->size);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    static const struct script_reader reader = {step, receive_raw};
     struct session_config config = {.once = size > 0 && isupper(data[size - 1]), .wait_ms = -1};
     config.hello = (struct message){.kind = MESSAGE_HELLO,
                                     .hello = {.host = "host", .kernel = "ref", .threads = 2, .credit = 4}};
@@ -271,7 +266,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     run.fails = NEVER;
     run.session = session_create(&config, run.now_ms);
     for (size_t at = 0; at < size;)
-        at += step(data + at, size - at);
+        at += script_take(&reader, data + at, size - at);
     session_destroy(&run.session);
     return 0;
 }

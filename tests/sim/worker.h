@@ -92,12 +92,19 @@ static void look_for_coordinator(struct worker *w)
     happen(CONNECTION, w->number, ++w->socket, at_ms > w->unreachable_ms ? at_ms : w->unreachable_ms);
 }
 
-static void reconnect(struct worker *w)
+/* It takes the conversation for over. */
+static void part(struct worker *w)
 {
     require(!w->joined || w->disturbed || farm.disturbed, "worker %u gave up a coordinator that was there", w->number);
+    w->joined = false;
+    w->owed_count = 0;
+}
+
+static void reconnect(struct worker *w)
+{
+    part(w);
     if (w->link != NO_LINK)
         network_close(w->link);
-    w->owed_count = 0;
     look_for_coordinator(w);
 }
 

@@ -105,6 +105,8 @@ static void overhear(struct worker *w, const struct message *message)
         settle(w, message->revoke.lease);
     if (message->kind == MESSAGE_END)
         check_settled(w, message->end.job);
+    if (message->kind == MESSAGE_GOODBYE && message->epoch == w->epoch)
+        part(w);
 }
 
 static void take_messages(struct worker *w)
@@ -157,6 +159,8 @@ static void worker_turn(struct worker *w)
     w->batches += w->band_count > 0 && w->bands[0].done_ms < INT64_MAX;
     handle(w, (struct session_event){.kind = SESSION_TICK, .rays = w->rays, .progress = w->batches});
     if (w->exited) {
+        if (w->said != MESSAGE_GOODBYE)
+            part(w);
         require(!is_honest(w) || !w->joined || w->owed_count == 0, "worker %u ends with bands in hand", w->number);
         end_worker(w);
         return;

@@ -320,7 +320,7 @@ static void test_log_that_cannot_be_written(void **state)
     (void)state;
     char text[4096];
     assert_int_equal(run_child(write_to_full_file, text, sizeof text), 0);
-    assert_string_equal(text, "prog: /nowhere/log: the log cannot be written: No such file or directory\n"
+    assert_string_equal(text, "prog: /nowhere/log: the folder /nowhere is not there\n"
                               "prog: warning: lines are missing in the log: No space left on device\n"
                               "(heard info two)prog: three\n(heard error three)");
 }

@@ -192,7 +192,7 @@ static void test_goodbye(void **state)
     receive(job(0, 1), "LOAD 0"); /* its files are still there */
     finish(NULL);
     start_ready(true);
-    receive(plain(MESSAGE_GOODBYE), "GOODBYE, FORGET 0, RECONNECT, EXIT 0");
+    receive(plain(MESSAGE_GOODBYE), "GOODBYE, FORGET 0, EXIT 0");
 }
 
 /* A coordinator that took this worker for dead goes on without it, and would rather have it back. */
@@ -274,9 +274,9 @@ static void test_drain_ends_otherwise(void **state)
         else if (how == 1)
             receive(end_of(0), "FORGET 0, GOODBYE, EXIT 0");
         else if (how == 2)
-            receive(plain(MESSAGE_GOODBYE), "GOODBYE, FORGET 0, RECONNECT, EXIT 0");
+            receive(plain(MESSAGE_GOODBYE), "GOODBYE, FORGET 0, EXIT 0");
         else
-            tick(SESSION_SILENCE_MS, "FORGET 0, RECONNECT, EXIT 0");
+            tick(SESSION_SILENCE_MS, "FORGET 0, EXIT 0");
     }
 }
 
