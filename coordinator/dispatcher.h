@@ -81,6 +81,9 @@ enum status dispatcher_status(const struct dispatcher *dispatcher, struct error 
 void dispatcher_say_goodbye(struct dispatcher *dispatcher, int64_t now_ms);
 size_t dispatcher_present(const struct dispatcher *dispatcher);
 
+/* A number that is another one (but for a chance of 2^-32) when a job has come, or the state of one has changed. */
+uint32_t dispatcher_states(const struct dispatcher *dispatcher);
+
 /* The present state; borrowed, until the next call or dispatcher_destroy. */
 struct snapshot dispatcher_snapshot(struct dispatcher *dispatcher, int64_t now_ms);
 

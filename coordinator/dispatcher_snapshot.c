@@ -1,6 +1,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/hash.h"
 #include "base/memory.h"
 #include "coordinator/dispatcher_private.h"
 
@@ -96,6 +97,14 @@ static void list_stretches(struct dispatcher *d, size_t index, size_t *count)
 }
 
 /* --- the whole -------------------------------------------------------------------------------------------- */
+
+uint32_t dispatcher_states(const struct dispatcher *d)
+{
+    uint32_t states = (uint32_t)d->job_count;
+    for (size_t i = 0; i < d->job_count; i++)
+        states = hash_u32(states ^ (uint32_t)d->jobs[i]->state);
+    return states;
+}
 
 static struct job_snapshot show_job(const struct dispatcher *d, size_t index, int64_t now_ms)
 {

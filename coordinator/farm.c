@@ -30,6 +30,7 @@ struct farm {
     int judges;  /* local workers that were started to do what others may not */
     struct dispatcher *dispatcher;
     int64_t ticked_ms;
+    uint32_t shown_states; /* of jobs: dispatcher_states */
 };
 
 /* --- starting --------------------------------------------------------------------------------------------- */
@@ -261,15 +262,17 @@ static void tell_done(struct farm *farm, farm_job_done *done, void *context)
         done(job, context);
 }
 
-/* Shows the present state where it is time to; `last` shows it in any case. */
+/* Shows the present state where it is time to, or that of a job has changed; `last` shows it in any case. */
 static void show(struct farm *farm, bool last)
 {
     int64_t now_ms = clock_now_ms();
-    bool progress = farm->progress && (last || progress_wait_ms(farm->progress, now_ms) == 0);
+    bool news = dispatcher_states(farm->dispatcher) != farm->shown_states;
+    bool progress = farm->progress && (last || news || progress_wait_ms(farm->progress, now_ms) == 0);
     bool http = farm->http && (last || http_wait_ms(farm->http, now_ms) == 0);
     if (!progress && !http)
         return;
     struct snapshot snapshot = farm_snapshot(farm);
+    farm->shown_states = dispatcher_states(farm->dispatcher);
     if (http)
         http_publish(farm->http, &snapshot, now_ms, last);
     if (progress && last)

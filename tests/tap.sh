@@ -16,14 +16,18 @@ failed=0
 
 tmp=$(mktemp -d "${TMPDIR:-/tmp}/weft-test.XXXXXX")
 mkdir -m 700 "$tmp/run" "$tmp/sanitizer"
+export LC_ALL=C.UTF-8 # by which grep counts characters, and all say the same
 export XDG_RUNTIME_DIR=$tmp/run # where coordinators put their sockets; it also marks the processes of this test
 export ASAN_OPTIONS=log_path=$tmp/sanitizer/report UBSAN_OPTIONS=log_path=$tmp/sanitizer/report
 
-# A render of the showcase that takes about a second, long enough to be disturbed. The slowest kernel and a fixed
-# number of threads keep it so on other machines.
-slow=("$scenes/showcase.json" --size 160x90 --kernel ref --samples "$([ "$mode" = sanitize ] && echo 40 || echo 200)")
+# A render of the showcase that takes two seconds or more, long enough to be disturbed. The slowest kernel and a fixed
+# number of threads keep it so on other machines; workers that a test starts itself are to have both too.
+slow=("$scenes/showcase.json" --size 160x90 --kernel ref --threads 2
+    --samples "$([ "$mode" = sanitize ] && echo 40 || echo 200)")
 slow_rows=90
-steady=("${slow[@]:0:5}" --samples "$([ "$mode" = sanitize ] && echo 12 || echo 60)") # a third of that
+steady=("${slow[@]:0:7}" --samples "$([ "$mode" = sanitize ] && echo 12 || echo 60)") # a third of that
+endless=("${slow[@]}" --size 400x9999 --band 1 --no-resume) # until it is told to end, but a row is there soon
+quickly=("${slow[@]:0:3}" --samples "${slow[-1]}") # the same picture as slow, by the best kernel and all cores
 
 # --- results --------------------------------------------------------------------------------------------------
 
@@ -96,7 +100,7 @@ finish() {
 # run COMMAND...: leaves $status, $out and $err behind; a command that hangs ends with status 124.
 run() {
     status=0
-    timeout --kill-after=5 60 "$@" >"$tmp/run.out" 2>"$tmp/run.err" </dev/null || status=$?
+    timeout --kill-after=5 120 "$@" >"$tmp/run.out" 2>"$tmp/run.err" </dev/null || status=$?
     out=$(cat "$tmp/run.out")
     err=$(cat "$tmp/run.err")
 }
@@ -122,12 +126,16 @@ start() {
 }
 started=()
 
-is_over() { # PID: of a child
-    ! kill -0 "$1" 2>/dev/null
+# is_over PID: of what was a child, whose number may be another process's by now.
+is_over() {
+    local stat
+    { read -r stat <"/proc/$1/stat"; } 2>/dev/null || return 0
+    read -r _ stat _ <<<"${stat##*) }"
+    [ "$stat" != $$ ]
 }
 
 slay() { # PID: of a child
-    kill -KILL "$1"
+    is_over "$1" || kill -KILL "$1"
     wait "$1"
 } 2>/dev/null # the shell's word on it too
 
@@ -161,6 +169,20 @@ wait_until() {
     done
 }
 
+# said LABEL PATTERN [TIMES]: whether the program has said what is like the pattern on so many lines.
+said() {
+    [ "$(grep -Ec -e "$2" "$tmp/$1.err")" -ge "${3:-1}" ]
+}
+
+# says NAME LABEL PATTERN [TIMES]: the program has said so, or does so soon; what it says may come a little later than
+# what else is seen of it.
+says() {
+    local label=$2 pattern=$3 times=${4:-1}
+    wait_until 'said "$label" "$pattern" "$times"' 60
+    report $? "$1" || note "expected something like: $pattern
+found: $(cat "$tmp/$label.err")"
+}
+
 # processes NAME [PARENT]: ids of the running processes of this test whose program is NAME, or of PARENT's children.
 processes() {
     local folder name stat
@@ -186,7 +208,7 @@ has_rows() {
 
 # listening LABEL: waits until the coordinator listens; leaves $endpoint behind.
 listening() {
-    wait_until "grep -q 'listening on' '$tmp/$1.err'" 20 || return 1
+    wait_until "grep -q 'listening on' '$tmp/$1.err'" 60 || return 1
     endpoint=$(sed -n 's/.*listening on //p' "$tmp/$1.err")
 }
 
@@ -195,7 +217,7 @@ listening() {
 hold_port() {
     start port perl -MSocket -e '$| = 1; socket(S, PF_INET, SOCK_STREAM, 0) && setsockopt(S, SOL_SOCKET, SO_REUSEADDR, 1)
         && bind(S, sockaddr_in(0, INADDR_LOOPBACK)) or die "no port: $!"; print +(sockaddr_in(getsockname S))[0], "\n"; sleep'
-    wait_until "[ -s '$tmp/port.out' ]" 10
+    wait_until "[ -s '$tmp/port.out' ]" 60
     port=$(cat "$tmp/port.out")
 }
 

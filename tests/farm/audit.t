@@ -49,10 +49,10 @@ right() {
     rm -f "$tmp/pictures/$2.png"
     ok "$1: nothing else is left" is_empty "$tmp/pictures"
     for pid in "${liars[@]}"; do
-        kill -KILL "$pid" 2>/dev/null
+        slay "$pid"
     done
     liars=()
-    wait_until '[ -z "$(processes weft-worker)$(processes liar)" ]' 10
+    wait_until '[ -z "$(processes weft-worker)$(processes liar)" ]' 60
 }
 
 audited() { # LABEL: how many bands
@@ -77,7 +77,7 @@ liars=()
 for from in 0 14; do
     coordinator "one-$from" "${adaptive[@]}" --workers 0 --audit 100 --keys "$keys"
     lie "one-$from-liar" "$from 7" --keys "$keys/bad"
-    wait_until "grep -q 'worker 1 .*joined' '$tmp/one-$from.err'" 20
+    wait_until "grep -q 'worker 1 .*joined' '$tmp/one-$from.err'" 60
     honest "one-$from-honest" --threads 1 --keys "$keys/good"
     right "a liar from result $from on and an honest worker" "one-$from" "$tmp/adaptive.png"
     found_out "a liar from result $from on and an honest worker" "one-$from"
@@ -131,11 +131,11 @@ long=("$scenes/showcase.json" --size 160x90 --samples "${slow[-1]}")
 "$weft" render "${long[@]}" -q -o "$tmp/long.png"
 coordinator before "${long[@]}" --workers 0 --progress json
 lie before-liar '0 2' --kernel ref
-wait_until 'has_rows before 20' 30
+wait_until 'has_rows before 20' 60
 kill -KILL "$coordinator" "${liars[@]}"
 { wait "$coordinator"; } 2>/dev/null
 liars=()
-wait_until '[ -z "$(processes liar)" ]' 10
+wait_until '[ -z "$(processes liar)" ]' 60
 coordinator before "${long[@]}" --workers 0 --audit 100
 honest before-honest --threads 2
 right 'rows that an earlier run had of a liar' before "$tmp/long.png"

@@ -75,10 +75,10 @@ long=("$scenes/showcase.json" --size "$([ "$mode" = sanitize ] && echo 96x54 || 
 "$weft" render "${long[@]}" -q -o "$tmp/long.png"
 for moment in surveying running; do
     start $moment "$weft" render "${long[@]}" --workers 3 --progress json -o "$tmp/$moment.png"
-    wait_until "grep -q '\"state\":\"$moment\"' '$tmp/$moment.out'" 20
+    wait_until "grep -q '\"state\":\"$moment\"' '$tmp/$moment.out'" 60
     worker=$(processes weft-worker "$pid" | head -n 1)
     ok "a worker of it runs" kill -KILL "$worker"
-    ends 0 "one of 3 workers killed while $moment" "$pid" 40 $moment
+    ends 0 "one of 3 workers killed while $moment" "$pid" 60 $moment
     same_bytes "the picture is the same" "$tmp/$moment.png" "$tmp/long.png"
 done
 

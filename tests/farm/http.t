@@ -8,7 +8,7 @@ picture=$tmp/a.png
 # watched LABEL COMMAND...: starts it and waits until its status page is there; leaves $pid and $web, its port, behind.
 watched() {
     start "$@"
-    wait_until "grep -q 'status page at' '$tmp/$1.err'" 20
+    wait_until "grep -q 'status page at' '$tmp/$1.err'" 60
     web=$(sed -nE 's/.*status page at [^ ]*:([0-9]+)\/.*/\1/p' "$tmp/$1.err")
 }
 
@@ -54,7 +54,7 @@ perl -MSocket -e '$| = 1; socket(S, PF_INET, SOCK_STREAM, 0); setsockopt(S, SOL_
     bind(S, sockaddr_in($ARGV[0], INADDR_LOOPBACK)) && listen(S, 1) or die; print "there\n"; sleep' \
     "$port" >"$tmp/holder" &
 started+=($!)
-wait_until "[ -s '$tmp/holder' ]" 10
+wait_until "[ -s '$tmp/holder' ]" 60
 exits 1 "a port that is taken" "$weft" render "${slow[@]}" --http "$port" -o "$picture"
 like "is named" "$err" "cannot listen at http://127\.0\.0\.1:$port/: another program does already"
 absent "$picture" && report 0 "and nothing is rendered"
@@ -137,16 +137,24 @@ exits 0 "the same without a page" "$weft" render "${slow[@]}" -o "$tmp/alone.png
 same_bytes "has the same bytes" "$tmp/alone.png" "$picture"
 
 # --- the picture so far ---------------------------------------------------------------------------------------
+# until_done FOLDER: looks at the state until it is done, and at once, for the page then ends soon, takes a picture and
+# the rows as well.
+until_done() {
+    perl -MHTTP::Tiny -MJSON::PP -e 'my ($port, $folder) = @ARGV; my $http = HTTP::Tiny->new(timeout => 20);
+        sub take { my $answer = $http->get("http://localhost:$port$_[0]");
+            $answer->{success} or die "$_[0]: $answer->{status} $answer->{reason}\n"; $answer->{content} }
+        sub keep { open F, ">:raw", "$folder/$_[0]" or die; print F take($_[1]); close F }
+        select undef, undef, undef, 0.05 while decode_json(take("/api/job"))->{jobs}[0]{state} ne "done";
+        keep("last.png", "/preview.png"); keep("rows", "/api/rows?job=0")' "$web" "$1" 2>&1
+}
+
 watched seen "$weft" render "${slow[@]}" --band 5 --http 0 -o "$tmp/seen.png"
-wait_until "job '\$_->{rows_done} > 0 && \$_->{state} eq \"running\"'" 30
+wait_until "job '\$_->{rows_done} > 0 && \$_->{state} eq \"running\"'" 60
 answers 200 GET /preview.png
 cp "$body" "$tmp/early.png"
-wait_until "job '\$_->{state} eq \"done\"'" 60
-answers 200 GET /preview.png
-cp "$body" "$tmp/last.png"
-answers 200 GET '/api/rows?job=0'
+is "it is seen until it is done, and what there is then" "$(until_done "$tmp")" ''
 is "all rows have a worker" "$(perl -MJSON::PP -e 'local $/; open F, $ARGV[0]; my $n = 0;
-    $n += $_->{worker} ? $_->{rows} : 0 for @{decode_json(<F>)->{rows}}; print $n' "$body")" "$slow_rows"
+    $n += $_->{worker} ? $_->{rows} : 0 for @{decode_json(<F>)->{rows}}; print $n' "$tmp/rows")" "$slow_rows"
 ends 0 "the render ends soon after it was seen to be done" "$pid" 10 seen
 exits 0 "at last the preview is the picture" "$weft" compare "$tmp/last.png" "$tmp/seen.png" --max-rmse 0
 exits 1 "before it was not" "$weft" compare "$tmp/early.png" "$tmp/seen.png" --max-rmse 0

@@ -111,7 +111,7 @@ coordinator() {
 
 # completed LABEL NAME: the render ends well, with the right picture.
 completed() {
-    ends 0 "$2: the render is completed" "$coordinator" 30 "$1"
+    ends 0 "$2: the render is completed" "$coordinator" 60 "$1"
     same_bytes "$2: the picture is the same" "$tmp/$1.png" "$tmp/quick.png"
 }
 
@@ -127,7 +127,7 @@ helped() {
 through() {
     start relay perl tests/farm/relay.pl "$1" "${endpoint##*:}" "${@:2}"
     relay=$pid
-    wait_until "[ -s '$tmp/relay.out' ]" 10
+    wait_until "[ -s '$tmp/relay.out' ]" 60
     there=127.0.0.1:$(head -n 1 "$tmp/relay.out")
 }
 
@@ -135,8 +135,8 @@ coordinator right --keys "$keys" --workers 0
 through relay "$tmp/recorded"
 start first "$worker" --once --keys "$keys" --threads 1 "$there"
 completed right "a worker with the farm's key"
-ends 0 "it ends well" "$pid" 5 first
-ok "what it said is kept" wait_until "[ -s '$tmp/recorded' ]" 10
+ends 0 "it ends well" "$pid" 60 first
+ok "what it said is kept" wait_until "[ -s '$tmp/recorded' ]" 60
 ok "nothing of it can be read on the way" [ "$(grep -c WEFT "$tmp/recorded")" = 0 ]
 coordinator own --keys "$keys" --workers 0
 start second "$worker" --once --keys "$keys/loom-2" "$endpoint"
@@ -146,7 +146,7 @@ start third "$worker" --keys "$keys" "$endpoint"
 third=$pid
 completed mixed "local and remote workers"
 kill -TERM "$third"
-ends 0 "the remote one ends well" "$third" 5 third
+ends 0 "the remote one ends well" "$third" 20 third
 for _ in {1..10}; do
     coordinator again --keys "$keys" --workers 0
     "$worker" --once --keys "$keys" "$endpoint" 2>>"$tmp/again.said"
@@ -171,9 +171,9 @@ refused() {
     local name=$1 pattern=$2
     shift 2
     start intruder "$worker" "$@" "$endpoint"
-    ok "$name: it is refused, and that is said" wait_until "grep -Eq -e '$pattern' '$tmp/guarded.err'" 20
+    ok "$name: it is refused, and that is said" wait_until "grep -Eq -e '$pattern' '$tmp/guarded.err'" 60
     kill -TERM "$pid"
-    ends 0 "$name: it has not joined" "$pid" 5 intruder
+    ends 0 "$name: it has not joined" "$pid" 60 intruder
     ok "$name: nor does it think so" [ "$(grep -c joined "$tmp/intruder.err")" = 0 ]
 }
 refused "no key" 'refused somebody at tcp://127\.0\.0\.1:[0-9]+: it (showed no key|came without keys)'
@@ -187,7 +187,7 @@ for frame in "1 greeting" "2 proof of its key" "3 first message"; do
     name="a worker whose ${frame#* } is forged on the way"
     through forge "$tmp/forged" "${frame%% *}"
     start honest "$worker" --keys "$keys" "$there"
-    ends 0 "$name: its connection ends" "$relay" 20 relay
+    ends 0 "$name: its connection ends" "$relay" 60 relay
     slay "$pid"
     ok "$name: it has not joined" [ "$(grep -c joined "$tmp/honest.err")" = 0 ]
 done

@@ -51,7 +51,7 @@ else
     start waiting "${mute[@]}" "$worker" --insecure warp.test
     ok "a mute server of names is asked" wait_until "grep -q asked '$tmp/server.out'" 20
     kill -TERM "$pid"
-    ends 0 "a worker that waits for it ends when it is told to" "$pid" 3 waiting
+    ends 0 "a worker that waits for it ends when it is told to" "$pid" 7 waiting
     exits 1 "and weft status when its time is over" "${mute[@]}" "$weft" status --wait 1 --insecure warp.test
     like "with a sentence" "$err" '^weft: tcp://warp.test:7420: no address of that name was found within 1 s$'
 fi

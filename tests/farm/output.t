@@ -4,7 +4,7 @@
 
 quick=("$scenes/first.json" --size 64x36 --samples 2)
 "$weft" render "${quick[@]}" -q -o "$tmp/good.png"
-"$weft" render "${slow[@]}" -q -o "$tmp/slow.png"
+"$weft" render "${quickly[@]}" -q -o "$tmp/slow.png"
 
 # refused STATUS NAME OUTPUT PATTERN: that output is refused with a sentence like the pattern, on one line.
 refused() {
@@ -97,10 +97,10 @@ ok "nothing is left in the folder" [ -z "$(find "$tmp" -name '.*.part')" ]
 
 # --- an output that is there already --------------------------------------------------------------------------
 cp "$tmp/good.png" "$tmp/old.png"
-start interrupted "$weft" render "${slow[@]}" --progress json -o "$tmp/old.png"
-wait_until "has_rows interrupted 5" 20
+start interrupted "$weft" render "${endless[@]}" --progress json -o "$tmp/old.png"
+wait_until "has_rows interrupted 1" 60
 kill -INT "$pid"
-ends 130 "an interrupted render" "$pid" 2 interrupted
+ends 130 "an interrupted render" "$pid" 10 interrupted
 same_bytes "leaves the old picture as it was" "$tmp/old.png" "$tmp/good.png"
 
 exits 3 "a bad scene" "$weft" render "$scenes/bad/zero-radius.json" -q -o "$tmp/old.png"
@@ -109,9 +109,11 @@ same_bytes "leaves the old picture as it was" "$tmp/old.png" "$tmp/good.png"
 ln "$tmp/old.png" "$tmp/other-name.png"
 exec 3<"$tmp/old.png"
 start replacing "$weft" render "${slow[@]}" --progress json -o "$tmp/old.png"
-wait_until "has_rows replacing 5" 20
+wait_until "has_rows replacing 5" 60
+kill -STOP "$pid" # so that it does not end before
 same_bytes "while the new picture is rendered the old one is there" "$tmp/old.png" "$tmp/good.png"
-ends 0 "the new picture is completed" "$pid" 30 replacing
+kill -CONT "$pid"
+ends 0 "the new picture is completed" "$pid" 60 replacing
 same_bytes "and then in its place" "$tmp/old.png" "$tmp/slow.png"
 ok "whoever has the old one open still reads it" cmp - "$tmp/good.png" <&3
 exec 3<&-

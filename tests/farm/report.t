@@ -75,15 +75,15 @@ holds "and tells of each" "$tmp/both.json" "2 == @{\$_->{jobs}} && \$_->{jobs}[1
 # --- a render that fails --------------------------------------------------------------------------------------
 rm -f "$tmp/ended.json"
 start ended "$weft" render "${slow[@]}" --samples 800 --band 1 --progress json --report "$tmp/ended.json" -o "$tmp/ended.png"
-wait_until "has_rows ended 1" 30
+wait_until "has_rows ended 1" 60
 kill -TERM "$pid"
-ends 143 "an interrupted render" "$pid" 5 ended
+ends 143 "an interrupted render" "$pid" 60 ended
 as_promised "has a report" "$tmp/ended.json"
 holds "of what it had come to" "$tmp/ended.json" "\$j->{state} eq 'running' && \$j->{rows} == @{\$j->{bands}} &&
     \$j->{rows} > 0 && \$j->{rows} < $slow_rows && sum0(values %{\$j->{histogram}}) == 160 * \$j->{rows} && !defined \$j->{rmse}"
 start hopeless "$weft" render "${slow[@]}" --samples 800 --workers 2 --report "$tmp/failed.json" -o "$tmp/ended.png"
 kill_workers_of "$pid" 60
-ends 1 "a render whose workers are killed again and again" "$pid" 5 hopeless
+ends 1 "a render whose workers are killed again and again" "$pid" 60 hopeless
 as_promised "has a report" "$tmp/failed.json"
 holds "that says so" "$tmp/failed.json" '$j->{state} eq "failed" && !defined $j->{rmse} && $j->{seconds}{total} < 60 &&
     !grep { $_->{state} ne "gone" } @{$_->{workers}}'

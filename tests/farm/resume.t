@@ -3,8 +3,8 @@
 . tests/tap.sh
 
 mkdir "$tmp/pictures"
-slow=("${slow[@]:0:5}" --samples "$([ "$mode" = sanitize ] && echo 24 || echo 120)") # many of them: half as long
-quick=("$scenes/showcase.json" --size 160x90 --samples "${slow[-1]}") # the same picture as slow, by a faster kernel
+slow=("${slow[@]:0:5}" --samples "$([ "$mode" = sanitize ] && echo 30 || echo 150)") # many of them: less long
+quick=("${slow[@]:0:3}" --samples "${slow[-1]}") # the same picture as slow, by a faster kernel
 adaptive=("$scenes/showcase.json" --size 160x90 --error "$([ "$mode" = sanitize ] && echo 0.002 || echo 0.0015)")
 "$weft" render "${quick[@]}" -q -o "$tmp/slow.png"
 "$weft" render "${adaptive[@]}" -q -o "$tmp/adaptive.png"
@@ -21,10 +21,10 @@ interrupt() {
     local label=$1 rows=$2 signal=$3
     shift 3
     begin "$label" "$@"
-    wait_until "has_rows $label $rows" 30
+    wait_until "has_rows $label $rows" 60
     kill -"$signal" "$pid"
     { wait "$pid"; } 2>/dev/null
-    wait_until '[ -z "$(processes weft-worker)" ]' 10
+    wait_until '[ -z "$(processes weft-worker)" ]' 60
 }
 
 # resumed REPORT: how many rows of the render came from its journal.
@@ -44,7 +44,7 @@ go_on() {
 }
 
 # --- killed ---------------------------------------------------------------------------------------------------
-for rows in 1 70; do
+for rows in 1 60; do
     interrupt "killed-$rows" "$rows" KILL "${slow[@]}"
     ok "killed at $rows rows: there is no picture" absent "$tmp/pictures/killed-$rows.png"
     go_on "killed at $rows rows" "killed-$rows" "$tmp/slow.png" "${quick[@]}"
@@ -53,10 +53,10 @@ for rows in 1 70; do
 done
 
 begin survey "${adaptive[@]}" --kernel ref
-wait_until "[ -s '$tmp/survey.out' ]" 20
+wait_until "[ -s '$tmp/survey.out' ]" 60
 kill -KILL "$pid"
 { wait "$pid"; } 2>/dev/null
-wait_until '[ -z "$(processes weft-worker)" ]' 10
+wait_until '[ -z "$(processes weft-worker)" ]' 60
 go_on "killed early, with an error to be met" survey "$tmp/adaptive.png" "${adaptive[@]}"
 
 for rows in 1 30 60; do # again and again
@@ -98,7 +98,8 @@ rm "$tmp/pictures/scene.png"
 
 interrupt broken 40 KILL "${slow[@]}"
 size=$(stat -c %s "$tmp/pictures/.broken.png.journal")
-printf 'X' | dd of="$tmp/pictures/.broken.png.journal" bs=1 seek=$((size / 2)) conv=notrunc status=none
+perl -e 'open F, "+<:raw", $ARGV[0] or die; seek F, $ARGV[1], 0; read F, $_, 1; seek F, $ARGV[1], 0; print F ~$_' \
+    "$tmp/pictures/.broken.png.journal" $((size / 2))
 go_on "a journal that is broken in the middle" broken "$tmp/slow.png" "${quick[@]}"
 like "a journal that is broken in the middle: it says so" "$err" 'bytes of its journal are not whole bands; they are dropped'
 
@@ -126,11 +127,13 @@ rm "$tmp/pictures/.spared.png.journal" "$tmp/pictures/spared.png"
 for option in "" --no-resume; do
     name="two to one output${option:+, the first with $option}"
     begin both "${slow[@]}" $option
-    wait_until "has_rows both 1" 20
+    wait_until "has_rows both 1" 60
     first=$pid
+    kill -STOP "$first" # so that it does not end before
     exits 4 "$name: the second ends at once" "$weft" render "${quick[@]}" -o "$tmp/pictures/both.png"
+    kill -CONT "$first"
     like "$name: it says why" "$err" 'both\.png: another weft is rendering it'
-    ends 0 "$name: the first ends well" "$first" 30 both
+    ends 0 "$name: the first ends well" "$first" 60 both
     same_bytes "$name: the picture is the same" "$tmp/pictures/both.png" "$tmp/slow.png"
     rm -f "$tmp/pictures/both.png"
 done
@@ -140,7 +143,7 @@ ok "two to one output: nothing else is left" is_empty "$tmp/pictures"
 several=("$scenes/sphere.json" "${quick[@]}")
 "$weft" render "${several[@]}" -q -o "$tmp/several"
 start several "$weft" render "${several[@]}" --kernel ref --threads 1 --band 4 --progress json -o "$tmp/pictures"
-wait_until "[ -e '$tmp/pictures/sphere.png' ] && [ -e '$tmp/pictures/.showcase.png.journal' ]" 30
+wait_until "[ -e '$tmp/pictures/sphere.png' ] && [ -e '$tmp/pictures/.showcase.png.journal' ]" 60
 slay "$pid"
 exits 0 "several scenes: the same command again ends well" "$weft" render "${several[@]}" -o "$tmp/pictures"
 for name in sphere showcase; do

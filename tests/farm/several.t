@@ -57,8 +57,8 @@ like "that is said" "$err" "^weft: $tmp/no/such: the folder $tmp/no is not there
 
 # --- interrupted ----------------------------------------------------------------------------------------------
 start series \
-    "$weft" render "$scenes/first.json" "${slow[@]}" --samples 800 --progress json -o "$tmp/series"
-wait_until "[ -e '$tmp/series/first.png' ]" 30
+    "$weft" render "$scenes/first.json" "${slow[@]}" --samples "$((2 * slow[-1]))" --no-resume -o "$tmp/series"
+wait_until "[ -e '$tmp/series/first.png' ]" 60
 kill -TERM "$pid"
 ends 143 "a series that is ended" "$pid" 10 series
 is "leaves the pictures that were complete" "$(ls -A "$tmp/series")" first.png

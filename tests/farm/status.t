@@ -1,10 +1,17 @@
 #!/bin/bash
 # weft status: what a running coordinator is doing, for whoever may know; and whoever asks, the picture has the same
 # bytes.
+
+# Coordinators outside of any session, as others may run them on this machine, are not to be found: an empty folder hides
+# theirs, where that may be mounted.
+if [ -z "${WEFT_ALONE-}" ] && unshare --mount true 2>/dev/null; then
+    WEFT_ALONE=yes exec unshare --mount "$BASH" -c 'mkdir -p -m 700 "/tmp/weft-$UID" &&
+        mount -t tmpfs -o mode=700 none "/tmp/weft-$UID"; exec "$BASH" "$0"' "$0"
+fi
 . tests/tap.sh
 
 brief=("$scenes/showcase.json" --size 121x68 --samples 4)
-endless=("${slow[@]}" --samples 20000 --band 1 --no-resume) # until it is told to end
+endless=("${slow[@]}" --samples 20000 --band 1 --no-resume) # until it is told to end; all of it can be shown
 "$weft" render "${brief[@]}" -q -o "$tmp/brief.png"
 
 # as_promised NAME FILE: each of its lines is what the schema says.
@@ -17,7 +24,7 @@ as_promised() {
 # own LABEL: the private endpoint of the render started last, once it is there.
 own() {
     endpoint=ipc://$XDG_RUNTIME_DIR/weft/$1.ipc
-    wait_until "[ -S '${endpoint#ipc://}' ]" 20
+    wait_until "[ -S '${endpoint#ipc://}' ]" 60
 }
 
 # --- nobody to ask --------------------------------------------------------------------------------------------
@@ -44,7 +51,7 @@ like "and that is said" "$err" "^weft: $tmp/coordinator.pub: cannot be opened"
 # --- once -----------------------------------------------------------------------------------------------------
 start first "$weft" render "${endless[@]}" -o "$tmp/first.png" --progress json --workers 2
 first=$pid
-wait_until "has_rows first 2" 30
+wait_until "has_rows first 2" 60
 exits 0 "the coordinator of this machine is found" "$weft" status
 like "its scene and picture" "$out" "^showcase\\.json → $tmp/first\\.png  160 × 90, 20000 samples$"
 like "how far it is, as a strip" "$out" '^[█▒░0-9]{119}$'
@@ -74,67 +81,84 @@ exits 0 "by its address and port alone" "$weft" status "${endpoint#tcp://}"
 
 # --- watching -------------------------------------------------------------------------------------------------
 start interrupted "$weft" status --watch --json "$endpoint"
-wait_until "[ \"\$(wc -l <'$tmp/interrupted.out')\" -ge 2 ]" 20
+wait_until "[ \"\$(wc -l <'$tmp/interrupted.out')\" -ge 2 ]" 60
 kill -INT "$pid"
-ends 130 "a watcher can be interrupted" "$pid" 5 interrupted
+ends 130 "a watcher can be interrupted" "$pid" 20 interrupted
 start watcher "$weft" status --watch --json "$endpoint"
 watcher=$pid
+wait_until "said second joined" 60
 start lines "$weft" status --watch "$endpoint"
 lines=$pid
-wait_until "[ \"\$(wc -l <'$tmp/watcher.out')\" -ge 3 ] && [ -s '$tmp/lines.out' ]" 20
+wait_until "[ \"\$(wc -l <'$tmp/watcher.out')\" -ge 3 ] && [ -s '$tmp/lines.out' ]" 60
 kill -TERM "$second"
 ends 143 "a render that is watched is interrupted" "$second" 10 second
-ends 1 "its watcher ends" "$watcher" 5 watcher
+ends 1 "its watcher ends" "$watcher" 60 watcher
 is "and says so" "$(cat "$tmp/watcher.err")" "weft: $endpoint: the render ended before it was complete"
 as_promised "what it has written is as promised" "$tmp/watcher.out"
-ends 1 "so does one who reads lines" "$lines" 5 lines
+ends 1 "so does one who reads lines" "$lines" 60 lines
+is "and says so" "$(cat "$tmp/lines.err")" "weft: $endpoint: the render ended before it was complete"
 like "which are those of a render" "$(head -n 1 "$tmp/lines.out")" \
     '^weft: showcase\.json: [0-9]+ %, .* rays/s, 1 worker$'
 
-start lost "$weft" status --watch --wait 1
+start lost "$weft" status --watch --wait 3
 lost=$pid
-wait_until "[ -s '$tmp/lost.out' ]" 20
+wait_until "[ -s '$tmp/lost.out' ]" 60
 slay "$first"
 ends 1 "a coordinator that is killed is missed" "$lost" 10 lost
-like "and that is said" "$(cat "$tmp/lost.err")" "/$first\\.ipc: lost the coordinator: no word for 1 s$"
+like "and that is said" "$(cat "$tmp/lost.err")" "/$first\\.ipc: lost the coordinator: no word for 3 s$"
 if [ -n "$others" ]; then
     skip "a socket that a coordinator left" "others run on this machine"
 else
     exits 1 "a socket that a coordinator left is not taken for one" "$weft" status
 fi
 
-start whole "$weft" render "${steady[@]}" -o "$tmp/whole.png" --progress none
+# idle LABEL: starts a render whose worker is yet to come, so that there is time to look.
+idle() {
+    start "$1" "$weft" render "${slow[@]}" -o "$tmp/$1.png" --progress none --no-resume --workers 0 \
+        --listen "ipc://$tmp/$1.ipc"
+    own "$pid"
+}
+
+# help LABEL: its worker.
+help() {
+    start "$1-worker" "$worker" --once --threads 2 --kernel ref "ipc://$tmp/$1.ipc"
+}
+
+idle whole
 whole=$pid
-own "$whole"
 start json "$weft" status --watch --json "$endpoint"
 json=$pid
 start text "$weft" status --watch
 text=$pid
+wait_until "[ -s '$tmp/json.out' ] && [ -s '$tmp/text.out' ]" 60
+help whole
 ends 0 "a render that is watched ends" "$whole" 60 whole
-ends 0 "so does its watcher" "$json" 5 json
+ends 0 "so does its watcher" "$json" 60 json
 as_promised "every line is as promised" "$tmp/json.out"
 like "the last says that all is done" "$(tail -n 1 "$tmp/json.out")" '"state":"done".*"rows_done":90,'
-ends 0 "so does one who reads lines" "$text" 5 text
+ends 0 "so does one who reads lines" "$text" 60 text
 like "the last of them says it too" "$(tail -n 1 "$tmp/text.out")" '^weft: showcase\.json: 100 %'
 
 # --- a terminal -----------------------------------------------------------------------------------------------
 if ! type script >/dev/null 2>&1; then
     skip "a terminal" "there is no script(1)"
 else
-    start shown "$weft" render "${steady[@]}" -o "$tmp/shown.png" --progress none --no-resume
+    idle shown
     shown=$pid
-    own "$shown"
     for columns in 80 40; do
         printf -v command '%q ' "$weft" status "$endpoint"
         run env TERM=xterm script -qec "stty cols $columns rows 24; $command" /dev/null
         is "on a terminal of $columns columns it fits" "$(tr -d '\r' <"$tmp/run.out" | grep -E ".{$columns}")" ''
         like "a strip is drawn" "$out" "^[█▒░0-9]{$((columns - 1))}"
     done
-    run env TERM=xterm script -qec "stty cols 80 rows 24; $weft status --watch $endpoint" /dev/null
-    is "one who watches on a terminal sees it to its end" "$status" 0
-    like "as a block that is redrawn" "$out" $'\e\\[[0-9]A'
-    like "which stays" "$(tail -n 4 "$tmp/run.out")" '^100 % '
-    ends 0 "the render has ended" "$shown" 30 shown
+    start terminal env TERM=xterm script -qec "stty cols 80 rows 24; $weft status --watch $endpoint" /dev/null
+    terminal=$pid
+    wait_until "grep -q ░ '$tmp/terminal.out'" 60
+    help shown
+    ends 0 "the render ends" "$shown" 60 shown
+    ends 0 "one who watches on a terminal sees it to its end" "$terminal" 60 terminal
+    like "as a block that is redrawn" "$(cat "$tmp/terminal.out")" $'\e\\[[0-9]A'
+    like "which stays" "$(tail -n 4 "$tmp/terminal.out")" '^100 % '
 fi
 
 # --- keys -----------------------------------------------------------------------------------------------------
@@ -172,7 +196,7 @@ says() {
     shift 4
     start router bash -c "exec perl tests/farm/zmtp.pl router <'$tmp/hex'"
     local router=$pid
-    wait_until "[ -s '$tmp/router.out' ]" 10
+    wait_until "[ -s '$tmp/router.out' ]" 60
     exits "$expected" "$name" "$weft" status --wait 2 "$@" "127.0.0.1:$(head -n 1 "$tmp/router.out")"
     like "$name: what is shown" "$out$err" "$pattern"
     is "$name: nothing steers the terminal" "$(tr -d '\n[:print:]\200-\377' <<<"$out$err" | wc -c)" 0
@@ -252,6 +276,6 @@ for process in "${watchers[@]}"; do
     wait "$process" && ended=$((ended + 1))
 done
 is "and all of them see it" "$ended" "$many"
-wait_until "is_over $loop" 20
+wait_until "is_over $loop" 60
 
 finish

@@ -145,7 +145,7 @@ listening busy
 exits 1 "a port in use" "$weft" render --listen "$endpoint" "$first" -o other.png
 like "is told" "$err" "^weft: .*$endpoint.*(in use|Address already in use)"
 kill -TERM "$pid"
-ends 143 "who has it goes on until it is told to end" "$pid" 5 busy
+ends 143 "who has it goes on until it is told to end" "$pid" 60 busy
 exits 1 "an address of another machine" "$weft" render --listen tcp://192.0.2.1:7420 --insecure "$first" -o other.png
 like "is told" "$err" '^weft: .*192\.0\.2\.1'
 ok "no picture was written" absent other.png

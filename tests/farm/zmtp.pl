@@ -12,7 +12,8 @@ use IO::Socket::INET;
 
 my ($role, $port, $times) = @ARGV;
 $| = 1;
-alarm 20; # whatever happens, this ends
+alarm 60; # whatever happens, this ends
+$SIG{PIPE} = 'IGNORE'; # the end that goes is noticed by reading
 
 sub take {
     my ($socket, $size) = @_;

@@ -4,21 +4,21 @@
 
 machine loom heddle shuttle
 "$weft" render "${steady[@]}" -q -o "$tmp/steady.png"
-"$weft" render "${slow[@]}" -q -o "$tmp/slow.png"
+"$weft" render "${quickly[@]}" -q -o "$tmp/slow.png"
 
 # until_lost LABEL WORKER: waits until the worker has noticed that it hears nothing.
 until_lost() {
-    ok "$1: the worker notices" wait_until "said $2 'no word from the coordinator'" 20
+    ok "$1: the worker notices" wait_until "said $2 'no word from the coordinator'" 60
 }
 
-coordinator cut "${steady[@]}"
+coordinator cut "${slow[@]}"
 render=$pid
 join victim loom
 victim=$pid
 join survivor heddle --once
-wait_until "has_rows cut 1 && said cut joined 2" 20
+wait_until "has_rows cut 1 && said cut joined 2" 60
 cut loom
-complete "one of two links cut for good" cut "$render" "$tmp/steady.png"
+complete "one of two links cut for good" cut "$render" "$tmp/slow.png"
 ends 0 "one of two links cut for good: the other worker ends well" "$pid" 10 survivor
 until_lost "one of two links cut for good" victim
 kill -TERM "$victim"
@@ -32,14 +32,14 @@ for machine in loom heddle shuttle; do
     join "$machine" "$machine"
     worker_on[$machine]=$pid
 done
-wait_until "has_rows healed 1 && said healed joined 3" 20
+wait_until "has_rows healed 1 && said healed joined 3" 60
 cut loom
 deafen heddle
 mute shuttle
 until_lost "a link cut for a while" loom
 until_lost "a worker that hears nothing for a while" heddle
 ok "a worker that is not heard for a while: the coordinator notices" \
-    wait_until "said healed '$(hostname), process ${worker_on[shuttle]}\) has been silent too long'" 20
+    wait_until "said healed '$(hostname), process ${worker_on[shuttle]}\) has been silent too long'" 60
 for machine in loom heddle shuttle; do
     heal "$machine"
 done
@@ -62,8 +62,8 @@ without_end() {
     join "$label-2" heddle
     complete "$name" "$label" "$render" "$tmp/steady.png"
     kill -TERM "$first" "$pid"
-    ends 0 "$name: the first worker ends well" "$first" 20 "$label-1"
-    ends 0 "$name: the second worker ends well" "$pid" 20 "$label-2"
+    ends 0 "$name: the first worker ends well" "$first" 60 "$label-1"
+    ends 0 "$name: the second worker ends well" "$pid" 60 "$label-2"
     heal loom
     heal heddle
 }

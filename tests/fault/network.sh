@@ -91,7 +91,7 @@ coordinator() {
     shift
     start "$label" ip netns exec hub "$weft" render --workers 0 --listen tcp://0.0.0.0:7420 --keys "$keys" \
         --progress json -o "$tmp/pictures/$label.png" "$@"
-    wait_until "grep -q 'listening on' '$tmp/$label.err' || is_over $pid" 20
+    wait_until "grep -q 'listening on' '$tmp/$label.err' || is_over $pid" 60
 }
 
 # join LABEL MACHINE OPTION...: starts a worker on the machine; leaves $pid behind.
@@ -99,11 +99,6 @@ join() {
     local label=$1 machine=$2
     shift 2
     start "$label" ip netns exec "$machine" "$worker" --threads 1 --kernel ref --keys "$keys" "$@" "${hub_of[$machine]}"
-}
-
-# said LABEL PATTERN [TIMES]: whether the program has said it, so often.
-said() {
-    [ "$(grep -Ec -e "$2" "$tmp/$1.err")" -ge "${3:-1}" ]
 }
 
 # complete NAME LABEL PID PICTURE: the render ends well, with PICTURE's bytes and nothing else beside it.

@@ -16,7 +16,7 @@ through() {
     local label=$1
     shift
     start "$label" perl tests/fault/proxy.pl "${endpoint#tcp://}" "$seed" "$@"
-    wait_until "[ -s '$tmp/$label.out' ]" 10
+    wait_until "[ -s '$tmp/$label.out' ]" 60
     there=127.0.0.1:$(head -n 1 "$tmp/$label.out")
 }
 
@@ -49,7 +49,7 @@ trial() {
     ok "$label: nothing else is written" is_empty "$tmp/pictures"
     kill -TERM "${workers[@]}"
     for k in 1 2; do
-        ends 0 "$label: worker $k ends well" "${workers[k - 1]}" 20 "$label-worker-$k"
+        ends 0 "$label: worker $k ends well" "${workers[k - 1]}" 60 "$label-worker-$k"
     done
 }
 

@@ -24,12 +24,12 @@ crowd() {
     listening "$label"
     start "$label-strangers" perl tests/fault/strangers.pl "$port" 700 200 100
     strangers=$pid
-    ok "$name: a thousand strangers are there" wait_until "grep -q ready '$tmp/$label-strangers.out'" 30
+    ok "$name: a thousand strangers are there" wait_until "grep -q ready '$tmp/$label-strangers.out'" 60
     start "$label-worker" "$worker" --once --threads 2 "${mine[@]}" "127.0.0.1:$port"
     ends 0 "$name: an honest worker joins them, and the render ends" "$coordinator" 60 "$label"
     same_bytes "$name: the picture is the same" "$tmp/$label.png" "$tmp/expected.png"
-    ok "$name: the worker ends" wait_until "is_over $pid" 10
-    kill -KILL "$strangers" 2>/dev/null
+    ok "$name: the worker ends" wait_until "is_over $pid" 60
+    slay "$strangers"
 }
 
 crowd 'without keys' plain --

@@ -4,8 +4,10 @@
 # files; read the difference before you commit it.
 weft=${WEFT_BUILD:-build}/weft
 scenes=(scenes/bad/*.json scenes/bad/*.nff)
-said=$(mktemp)
-trap 'rm -f "$said"' EXIT
+tmp=$(mktemp -d "${TMPDIR:-/tmp}/weft-bad.XXXXXX")
+trap 'rm -rf "$tmp"' EXIT
+said=$tmp/said
+export XDG_RUNTIME_DIR=$tmp # for the sockets of those that render: no other test is to find them
 
 broken_images=(scenes/bad/{broken-texture,texture-is-no-png,texture-is-a-folder}.json
     scenes/bad/{missing-texture,mesh-obj-missing-texture}.json)

@@ -75,17 +75,18 @@ run_page() {
     end_workers "$page" "${workers[@]}"
 }
 
-# run_beside FOLDER NAME COMMAND...: beside a render, with the farm's keys if there are some.
+# run_beside FOLDER NAME COMMAND...: beside a render, with the farm's keys if there are some. A watcher sees it end.
 run_beside() {
-    local root=$1 name=$2 keyed=()
+    local root=$1 name=$2 keyed=() scene=("${endless[@]}")
     shift 2
+    [[ $* != *--watch* ]] || scene=("${slow[@]}" --samples "$((3 * slow[-1]))")
     [ ! -d "$root/here/keys" ] || keyed=(--keys "$root/here/keys")
-    start beside "$weft" render "${slow[@]:0:5}" --samples "$((3 * slow[-1]))" --listen "tcp://127.0.0.1:$port" "${keyed[@]}" \
+    start beside "$weft" render "${scene[@]}" --listen "tcp://127.0.0.1:$port" "${keyed[@]}" \
         -o "$root/beside.png"
     local render=$pid
     listening beside
     exits 0 "$name" "$@"
-    kill -TERM "$render" 2>/dev/null
+    is_over "$render" || kill -TERM "$render"
     wait "$render"
 }
 
@@ -97,10 +98,10 @@ end_workers() {
     for worker in "$@"; do
         read -r process command <<<"$worker"
         if [[ $command != *--once* ]]; then
-            wait_until "[ -s '$tmp/$page.$number.err' ]" 30
+            wait_until "[ -s '$tmp/$page.$number.err' ]" 60
             kill -TERM "$process"
         fi
-        ends 0 "$page: $command" "$process" 30 "$page.$number"
+        ends 0 "$page: $command" "$process" 60 "$page.$number"
         number=$((number + 1))
     done
 }

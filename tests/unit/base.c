@@ -213,7 +213,7 @@ static void take_file(const char *path, char *text, size_t capacity)
     unlink(path);
 }
 
-static const char log_path[] = "/tmp/weft-test-base.log";
+static char log_path[] = "/tmp/weft-test-base.XXXXXX";
 
 /* What a file gets: more than is shown; appended. The time stands first. */
 static void write_log_file(void)
@@ -237,7 +237,9 @@ static void test_log_file(void **state)
 {
     (void)state;
     char text[4096];
-    unlink(log_path);
+    int file = mkstemp(log_path);
+    assert_true(file >= 0);
+    close(file);
     assert_int_equal(run_child(write_log_file, text, sizeof text), 0);
     assert_string_equal(text, "prog: warning: shown \"0\"\nprog: debug: both\n"
                               "prog: warning: shown \"1\"\nprog: debug: both\nprog: not kept\n");

@@ -203,20 +203,23 @@ static void test_gone_peer(void **state)
     lose_peer("tcp://127.0.0.1:*");
 }
 
-/* A free port, found by binding it for a moment. */
-static void free_port_endpoint(char endpoint[WIRE_ENDPOINT_BYTES])
+/* A port that nobody else is given until the descriptor is closed: bound, but not listening, which with SO_REUSEADDR
+ * lets a server listen there. */
+static int hold_port(char endpoint[WIRE_ENDPOINT_BYTES])
 {
     struct sockaddr_in address = {.sin_family = AF_INET};
     socklen_t size = sizeof address;
+    int yes = 1, fd = socket(AF_INET, SOCK_STREAM, 0);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    int fd = socket(AF_INET, SOCK_STREAM, 0);
+    assert_int_equal(setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes), 0);
     assert_int_equal(bind(fd, (struct sockaddr *)&address, size), 0);
     assert_int_equal(getsockname(fd, (struct sockaddr *)&address, &size), 0);
-    close(fd);
     snprintf(endpoint, WIRE_ENDPOINT_BYTES, "tcp://127.0.0.1:%u", ntohs(address.sin_port));
+    return fd;
 }
 
-static void come_early(const char *endpoint, int within_ms)
+/* How long after the server's coming it hears a client that was there before, in milliseconds. */
+static int64_t come_early(const char *endpoint)
 {
     struct wire_peer peer;
     struct wire_client *client = join(endpoint);
@@ -227,11 +230,22 @@ static void come_early(const char *endpoint, int within_ms)
     int64_t bound_at = clock_now_ms();
     client_send(client, "hello", 5);
     assert_server_receives(server, &peer, "hello");
-    assert_true(clock_now_ms() - bound_at < within_ms);
+    int64_t taken_ms = clock_now_ms() - bound_at;
     assert_true(wire_server_send(server, &peer, "welcome", 7));
     assert_client_receives(client, "welcome");
     leave(client);
     close_server(server);
+    return taken_ms;
+}
+
+/* In one of several attempts, for the machine may be busy. */
+static void come_early_within(const char *endpoint, int within_ms)
+{
+    for (int attempts = 1; come_early(endpoint) >= within_ms; attempts++) {
+        assert_true(attempts < 10);
+        wire_stop(); /* with the old server, which closes by and by */
+        assert_int_equal(wire_start(&error), STATUS_OK);
+    }
 }
 
 /* Over ipc an attempt is at most 100 ms apart from the next (200 with ZeroMQ's random part); over TCP the
@@ -241,9 +255,10 @@ static void test_client_first(void **state)
     (void)state;
     char endpoint[WIRE_ENDPOINT_BYTES];
     unlink(ipc_endpoint() + strlen("ipc://"));
-    come_early(ipc_endpoint(), 1000);
-    free_port_endpoint(endpoint);
-    come_early(endpoint, 3000);
+    come_early_within(ipc_endpoint(), 1000);
+    int port = hold_port(endpoint);
+    come_early_within(endpoint, 3000);
+    close(port);
 }
 
 static struct wire_server *restart(struct wire_server *old, const char *bound)
@@ -279,8 +294,11 @@ static void come_back(const char *endpoint)
 static void test_server_restarts(void **state)
 {
     (void)state;
+    char endpoint[WIRE_ENDPOINT_BYTES];
     come_back(ipc_endpoint());
-    come_back("tcp://127.0.0.1:*");
+    int port = hold_port(endpoint);
+    come_back(endpoint);
+    close(port);
 }
 
 /* The old connection takes what waited in it along, and the server sees a new peer. */
