@@ -43,13 +43,14 @@ void dispatcher_tell_forecast_of_survey(struct dispatcher *d, uint32_t number)
     }
 }
 
-/* The share that first samples are of all. */
+/* The share that first samples are of all. A worker that lies may say that it took any number of them. */
 static double looks_of(const struct render_job *job, const struct band_account *band)
 {
     double pixels = (double)job->settings.width * band->rows;
+    double samples = fmin((double)band->figures.samples, pixels * job->sampling.most);
     if (sampling_is_fixed(&job->sampling))
         return 0;
-    return pixels < (double)band->figures.samples ? pixels / (double)band->figures.samples : 1;
+    return pixels < samples ? pixels / samples : 1;
 }
 
 void dispatcher_add_to_forecast(struct dispatcher *d, const struct action *accepted, double work)

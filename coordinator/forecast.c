@@ -92,7 +92,8 @@ double forecast_samples(const struct survey *part, const struct sampling *sampli
     while (policy + 1 < SURVEY_POLICIES && 1u << 2 * policy < sampling->least)
         policy++;
     double samples = (double)survey_outcome(part, policy, sampling->threshold).samples;
-    return part->pixels > 0 && samples > (double)part->pixels ? samples / (double)part->pixels : 1;
+    double expected = part->pixels > 0 && samples > (double)part->pixels ? samples / (double)part->pixels : 1;
+    return fmin(expected, sampling->most); /* a worker that lies may have counted any number */
 }
 
 /* Of what rows of cells have, at a row of the picture: between the middles of two in proportion. */
