@@ -50,7 +50,7 @@ if [ "$(id -u)" = 0 ]; then
     chown 65532:65532 "$tmp/own"
     chmod 711 "$tmp"
 fi
-if "${as[@]}" "$weft" --version >"$tmp/version" 2>&1; then
+if "${as[@]}" test -x "$worker" -a -r "$scenes/first.json"; then
     for option in -o --report --sample-map --error-map; do
         unplaced $option "$tmp/locked/a.png" "the folder $tmp/locked cannot be written to: Permission denied"
     done
